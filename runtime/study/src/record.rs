@@ -1,0 +1,104 @@
+//! Records: what a finished cell leaves on disk. They are the truth; reports, tables and exports read them.
+//!
+//! Nothing here depends on the clock, the machine or the schedule, except [`Timing`], which is kept apart
+//! and never hashed.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// One cell: a method trained with one seed, or a controller (seed 0).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CellRecord {
+    /// Label of the method in the Plan.
+    pub method: String,
+    pub seed: u32,
+    /// `None` for controllers.
+    pub training: Option<Training>,
+    /// Why the cell failed, if it did; then `protocols` is empty.
+    pub failure: Option<Failure>,
+    /// By protocol name.
+    pub protocols: BTreeMap<String, Evaluation>,
+}
+
+/// Why a cell failed: NaN, divergence or a panic.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Failure {
+    /// Environment step of training, from 0.
+    pub step: u64,
+    pub cause: String,
+    /// `file:line:column` in the scenario.
+    pub at: String,
+}
+
+/// The course of training: one entry of each column an episode.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Training {
+    /// Environment steps done when the episode ended.
+    pub steps: Vec<u64>,
+    /// Sum of the rewards (costs of ends included).
+    pub returns: Vec<f64>,
+    /// Mean distance of the followers from their slots over the episode, m.
+    pub error_m: Vec<f64>,
+    /// Sum of each reward term over the episode, in the Plan's order.
+    pub terms: Vec<Vec<f64>>,
+    /// Index of the end that stopped it in the Plan's `ends`; `None`: the horizon.
+    pub ended: Vec<Option<u16>>,
+    /// Updates done in all.
+    pub updates: u64,
+    /// What the learner says of itself, one entry at each `health.updates`.
+    pub health: Health,
+}
+
+/// Means since the entry before, at a fixed cadence of updates.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Health {
+    /// Updates done.
+    pub updates: Vec<u64>,
+    /// Metric name (`loss/critic`, `q/q1`, `q/gap`, `q/delta_adj`, `noise/explore`, …) to its column.
+    pub columns: BTreeMap<String, Vec<f32>>,
+}
+
+/// Held-out episodes of the final policy, no noise: one entry of each column an episode.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Evaluation {
+    /// Sum of the rewards over the whole horizon; an episode goes on after a failure.
+    pub returns: Vec<f64>,
+    /// Mean distance from the slots over followers and the second half of the steps, m.
+    pub error_m: Vec<f64>,
+    /// Sum of each reward term, in the Plan's order.
+    pub terms: Vec<Vec<f64>>,
+    /// Steps with at least one colliding pair.
+    pub collision_steps: Vec<u32>,
+    /// The same after step 40.
+    pub late_collision_steps: Vec<u32>,
+    /// Steps with an agent outside its arena.
+    pub outside_steps: Vec<u32>,
+    /// The first few episodes, whole, for playback.
+    pub trajectories: Vec<Trajectory>,
+}
+
+/// One episode, `horizon + 1` frames (the start first).
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Trajectory {
+    /// Frame-major: x, y (m) and heading (rad) of each agent.
+    pub agents: Vec<[f32; 3]>,
+    /// Frame-major: x, y (m) of the slot of each agent of each formation, formations in order.
+    pub slots: Vec<[f32; 2]>,
+    /// Step-major (no entry for the start): each reward term.
+    pub terms: Vec<f32>,
+    /// Step-major: mean distance from the slots, m.
+    pub error_m: Vec<f32>,
+    /// Step-major: the action, in [−1, 1].
+    pub actions: Vec<f32>,
+    /// Step-major: colliding pairs.
+    pub collisions: Vec<u16>,
+}
+
+/// How long a cell took. Kept beside the record, never hashed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Timing {
+    /// Training, over all resumes.
+    pub training_s: f64,
+    pub evaluation_s: f64,
+}
