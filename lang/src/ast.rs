@@ -257,7 +257,10 @@ pub enum ExpectationKind {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Expr {
     /// `0.4`, `0.4 m`, `3 m/s^2`, `95%`: a literal and its unit.
-    Number { value: f64, unit: Option<Spanned<UnitExpr>> },
+    Number {
+        value: f64,
+        unit: Option<Spanned<UnitExpr>>,
+    },
     Truth(bool),
     /// A name: parameter, agent, group, index variable, state, setting word, …
     Name(String),
@@ -277,12 +280,25 @@ pub enum Expr {
     Bars(Box<ExprAt>),
     Unary(UnaryOp, Box<ExprAt>),
     /// `op_span` is the operator's place.
-    Binary { op: BinaryOp, op_span: Span, left: Box<ExprAt>, right: Box<ExprAt> },
+    Binary {
+        op: BinaryOp,
+        op_span: Span,
+        left: Box<ExprAt>,
+        right: Box<ExprAt>,
+    },
     /// `if c then a else b`
-    If { condition: Box<ExprAt>, then: Box<ExprAt>, otherwise: Box<ExprAt> },
+    If {
+        condition: Box<ExprAt>,
+        then: Box<ExprAt>,
+        otherwise: Box<ExprAt>,
+    },
     /// `sum(i in follower if …) body`; the body is a whole multiplicative expression:
     /// `sum(i in a) x * y + z` is `(sum(i in a) x * y) + z`. For `any`, `all`, `count` the body may be a comparison.
-    Reduce { op: Spanned<Reduction>, over: Over, body: Box<ExprAt> },
+    Reduce {
+        op: Spanned<Reduction>,
+        over: Over,
+        body: Box<ExprAt>,
+    },
 }
 
 pub use crate::plan::{BinaryOp, Reduction, UnaryOp};

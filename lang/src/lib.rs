@@ -1,2 +1,6 @@
 pub mod ast;
+pub mod codes;
 pub mod plan;
+pub mod problem;
+pub mod source;
+pub mod stdlib;

@@ -282,15 +282,28 @@ pub enum Expr {
     Unary(UnaryOp, Box<Expr>),
     Binary(BinaryOp, Box<Expr>, Box<Expr>),
     Call(Function, Vec<Expr>),
-    If { condition: Box<Expr>, then: Box<Expr>, otherwise: Box<Expr> },
+    If {
+        condition: Box<Expr>,
+        then: Box<Expr>,
+        otherwise: Box<Expr>,
+    },
     /// A quantity of an agent.
     Agent(Quantity, AgentRef),
     /// Where an agent of the formation's group belongs: `about`'s position plus its displacement, metres.
     Slot(FormationId, AgentRef),
     /// A fold over an index set.
-    Reduce { op: Reduction, vars: Vec<Binder>, over: IndexSet, filter: Option<Box<Expr>>, body: Box<Expr> },
+    Reduce {
+        op: Reduction,
+        vars: Vec<Binder>,
+        over: IndexSet,
+        filter: Option<Box<Expr>>,
+        body: Box<Expr>,
+    },
     /// A random draw (motions and starts only). `site` tells the draws of one expression apart.
-    Draw { distribution: Distribution, site: usize },
+    Draw {
+        distribution: Distribution,
+        site: usize,
+    },
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -415,8 +428,14 @@ pub enum Reduction {
 /// Scalar distributions; of vectors, each axis is drawn by itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Distribution {
-    Uniform { low: Box<Expr>, high: Box<Expr> },
-    Normal { mean: Box<Expr>, deviation: Box<Expr> },
+    Uniform {
+        low: Box<Expr>,
+        high: Box<Expr>,
+    },
+    Normal {
+        mean: Box<Expr>,
+        deviation: Box<Expr>,
+    },
     /// A point of the unit disc, uniformly (a vector).
     UnitDisc,
 }
