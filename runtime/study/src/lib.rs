@@ -1,3 +1,4 @@
 pub mod record;
+pub mod statistics;
 pub mod storage;
 pub mod summary;
