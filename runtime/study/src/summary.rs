@@ -36,6 +36,9 @@ pub struct FailedSeed {
 }
 
 /// One metric over seeds. Controllers have one value and no interval (`lo` and `hi` are null).
+///
+/// A seed that failed, or whose value is not finite, counts in every number but `per_seed` as the worst value
+/// that any seed of any method reached on this metric under this protocol. A metric without any value is absent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Statistic {
     /// Interquartile mean.
@@ -64,14 +67,25 @@ pub struct Comparison {
     pub hi: Option<f64>,
     /// Chance that a random seed of a scores better than one of b; ties one half.
     pub probability_of_improvement: f64,
-    /// `better`, `worse`, `no difference shown`, `exploratory` (5 to 9 seeds), `too few seeds`.
+    /// 95 % interval of that chance, bootstrap over seeds; null below 5 seeds.
+    pub probability_lo: Option<f64>,
+    pub probability_hi: Option<f64>,
+    /// Welch's test of equal means (against a controller, the t test of its one value); null below 5 seeds.
+    pub p: Option<f64>,
+    /// The same after Holm's adjustment over all comparisons of the study.
+    pub p_holm: Option<f64>,
+    /// `better`, `worse`, `no difference shown`, `exploratory` (5 to 9 seeds), `too few seeds`. Better or
+    /// worse needs 10 seeds, an interval that excludes 0 and `p_holm` < 0.05.
     pub verdict: String,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrainingSummary {
+    /// Of all seeds together.
     pub updates: u64,
+    /// While training; a cell has one core.
     pub updates_per_s_per_core: f64,
+    /// Training only.
     pub seconds_per_seed: Vec<f64>,
 }
 
