@@ -1,0 +1,22 @@
+//! The simulator: a [`World`](mpgx_lang::plan::World) of the Plan becomes a [`Task`], a Task steps
+//! [`Episode`]s, and a [`Controller`] may steer them.
+//!
+//! Everything is a function of the Plan and the [`EpisodeKey`]: the same bits on every machine.
+
+mod body;
+mod control;
+mod episode;
+mod error;
+mod maths;
+mod program;
+mod script;
+mod settings;
+mod step;
+mod task;
+
+pub use body::{BODIES, body_settings};
+pub use control::{CONTROLLERS, Controller, controller, controller_settings};
+pub use episode::{Episode, EpisodeKey};
+pub use error::{Flaw, SimError};
+pub use step::{Fault, Mode, Step};
+pub use task::Task;

@@ -1,0 +1,26 @@
+//! The proportional controller: a velocity of `gain` times the way to the slot.
+
+use super::{Aims, Controller};
+use crate::episode::Episode;
+use crate::maths::{scale, subtract};
+use crate::task::Task;
+
+pub(super) struct Proportional {
+    aims: Aims,
+    /// 1/s.
+    gain: f64,
+}
+
+impl Proportional {
+    pub fn new(aims: Aims, gain: f64) -> Self {
+        Proportional { aims, gain }
+    }
+}
+
+impl Controller for Proportional {
+    fn command(&mut self, task: &Task, episode: &Episode, action: &mut [f32]) {
+        self.aims.command(task, episode.slots(), action, |agent, slot| {
+            scale(subtract(slot, episode.position(agent)), self.gain)
+        });
+    }
+}
