@@ -1,0 +1,124 @@
+//! `parse`: text in, syntax tree out, and every syntax problem of the file.
+//!
+//! The file is cut into items first ([`scan`]); each is parsed by the grammar `scn.pest` and fails by itself.
+
+mod expr;
+mod items;
+mod scan;
+mod syntax;
+
+use std::cell::RefCell;
+use std::num::NonZeroUsize;
+use std::sync::Once;
+
+use pest::Parser;
+use pest_derive::Parser;
+
+use crate::ast::{File, Span, Spanned};
+use crate::problem::{Code, Problem, Problems};
+use crate::source::Sources;
+
+pub(crate) use expr::{CHAINED_COMPARISON, NUMBER_TOO_LARGE};
+pub(crate) use items::{FUNCTION_BODY, MISSING_SEPARATOR};
+pub(crate) use scan::{FORBIDDEN_CHARACTER, MISPLACED_DOC_COMMENT, NESTED_TOO_DEEPLY, UNBALANCED_BRACKETS};
+pub(crate) use syntax::{RESERVED_WORD, SYNTAX, TOO_COMPLEX, UNKNOWN_ITEM};
+
+/// Bytes of a file.
+pub const MAX_BYTES: usize = 1 << 20;
+/// Levels of nesting, and of a syntax tree.
+pub const MAX_DEPTH: usize = 128;
+/// Calls that the grammar may make for one item.
+const MAX_CALLS: NonZeroUsize = NonZeroUsize::MIN.saturating_add(999_999);
+
+pub(crate) const FILE_TOO_LARGE: Code = Code {
+    name: "file-too-large",
+    explain: "\
+A file may have 1 MiB. Scenarios are a page or two long, so a larger file is likely not a scenario. A long one can
+be cut into several: put functions, motions and formations into files beside it and `use` them.",
+};
+
+#[derive(Parser)]
+#[grammar = "scn.pest"]
+struct Grammar;
+
+type Node<'a> = pest::iterators::Pair<'a, Rule>;
+
+/// The item being parsed: where its text begins in the file, and what was wrong with it.
+struct Context<'a> {
+    file: usize,
+    offset: usize,
+    text: &'a str,
+    problems: RefCell<&'a mut Problems>,
+}
+
+impl Context<'_> {
+    fn problem(&self, problem: Problem) {
+        self.problems.borrow_mut().push(problem);
+    }
+
+    /// The span of a node that ends with a token.
+    fn span(&self, node: &Node) -> Span {
+        self.range(node.as_span().start(), end_of(node))
+    }
+
+    /// The span of bytes of the item.
+    fn range(&self, start: usize, end: usize) -> Span {
+        Span { file: self.file, start: self.offset + start, end: self.offset + end }
+    }
+}
+
+/// Where a node's last token ends: a rule that allows white space takes in what its missing last part may follow.
+fn end_of(node: &Node) -> usize {
+    let exact = matches!(node.as_rule(), Rule::number | Rule::unit | Rule::unit_factor | Rule::exponent);
+    match node.clone().into_inner().next_back().filter(|_| !exact) {
+        Some(last) => end_of(&last),
+        None => node.as_span().end(),
+    }
+}
+
+/// Parses a file of `sources`. Never fails: items with errors are left out.
+pub fn parse(sources: &Sources, file: usize, problems: &mut Problems) -> File {
+    static LIMIT: Once = Once::new();
+    LIMIT.call_once(|| pest::set_call_limit(Some(MAX_CALLS)));
+
+    let text = sources.file(file).text.as_str();
+    if text.len() > MAX_BYTES {
+        let problem = Problem::error(
+            &FILE_TOO_LARGE,
+            format!("this file has {} bytes, the limit is {MAX_BYTES}", text.len()),
+        );
+        problems.push(problem.help("cut it into several files and `use` them"));
+        return File::default();
+    }
+    if scan::forbidden(text, file, problems) {
+        return File::default();
+    }
+    let (tokens, doc) = scan::tokens(text);
+    let mut items = Vec::new();
+    for piece in scan::pieces(text, &tokens, file, problems) {
+        let tokens = tokens.get(piece.tokens).unwrap_or_default();
+        let (Some(first), Some(last)) = (tokens.first(), tokens.last()) else { continue };
+        if piece.broken || !syntax::begins_an_item(text, tokens, file, problems) {
+            continue;
+        }
+        let context = Context { file, offset: first.start, text, problems: RefCell::new(problems) };
+        match Grammar::parse(Rule::item, &text[first.start..last.end]) {
+            Ok(mut nodes) => {
+                let start =
+                    tokens.iter().find(|token| token.kind != scan::Kind::Doc).map_or(0, |token| token.start);
+                let span = Span { file, start, end: last.end };
+                items.extend(
+                    nodes
+                        .next()
+                        .and_then(|node| items::item(&context, node))
+                        .map(|node| Spanned { node, span }),
+                );
+            }
+            Err(error) => context.problem(syntax::problem(&context, tokens, error)),
+        }
+    }
+    File { doc, items }
+}
+
+#[cfg(test)]
+mod tests;
