@@ -1,0 +1,27 @@
+//! The learners: kernels, networks, replay, and the algorithms MPG and TD3.
+//!
+//! A [`Learner`] is made from a [`Config`] and fed transitions; it gives actions, and at the end a
+//! [`Policy`]. Training is a function of the configuration, the seed and the transitions: the same bits for
+//! every vector width, after every save and restore.
+
+mod actor_critic;
+mod adam;
+pub mod algorithms;
+mod bytes;
+mod config;
+mod error;
+mod health;
+mod kernels;
+mod learner;
+mod network;
+mod noise;
+mod policy;
+mod replay;
+
+pub use algorithms::{ALGORITHMS, Algorithm};
+pub use config::{Config, Count, Decay, DeltaKind, InnerBatch, NoiseReading, SETTINGS};
+pub use error::LearnError;
+pub use kernels::{force_simd, simd_level};
+pub use learner::Learner;
+pub use policy::Policy;
+pub use replay::Transition;

@@ -1,0 +1,316 @@
+//! The loop that all algorithms share: explore, store, update.
+
+use mpgx_random::{Address, Purpose, Stream};
+
+use crate::actor_critic::{ActorCritic, Batch, Rule, Seen};
+use crate::bytes::{Reader, Writer};
+use crate::config::{Config, Count, Decay, InnerBatch};
+use crate::error::LearnError;
+use crate::health::Health;
+use crate::kernels::Simd;
+use crate::network::Mlp;
+use crate::noise::{self, Exploration};
+use crate::policy::{Evaluation, Policy};
+use crate::replay::{Replay, Transition};
+
+/// One learner in the middle of its training.
+///
+/// The trainer asks [`Learner::explore`] for an action, steps the environment and hands the transition to
+/// [`Learner::step`]; it tells the end of each episode and how far training is. Everything is a function of
+/// the configuration, the seed and what was handed over: all random numbers are addressed by the number of
+/// the step or of the update.
+pub struct Learner {
+    config: Config,
+    randomness: Randomness,
+    simd: Simd,
+    networks: ActorCritic,
+    replay: Replay,
+    /// Transitions that a restored learner needs before it goes on.
+    replay_needed: u64,
+    exploration: Exploration,
+    /// Actions explored, and updates done.
+    explored: u64,
+    updates: u64,
+    /// Share of the training budget that is spent.
+    progress: f64,
+    health: Health,
+    evaluation: Evaluation,
+    batch: Batch,
+    noise: Vec<f32>,
+}
+
+/// The addresses of one learner's random numbers.
+#[derive(Clone, Copy)]
+struct Randomness {
+    master: u64,
+    seed: u32,
+}
+
+impl Randomness {
+    fn stream(self, purpose: Purpose, part: u16, step: u64) -> Stream {
+        let Self { master, seed } = self;
+        Address { master, purpose, protocol: 0, part, seed, episode: 0, step }.stream()
+    }
+}
+
+impl Learner {
+    /// A learner for states and actions of these lengths. `seed` draws its weights, mini-batches and noise.
+    pub fn new(
+        config: Config,
+        state: usize,
+        action: usize,
+        master: u64,
+        seed: u32,
+    ) -> Result<Self, LearnError> {
+        Self::with_simd(config, state, action, master, seed, Simd::best())
+    }
+
+    pub(crate) fn with_simd(
+        config: Config,
+        state: usize,
+        action: usize,
+        master: u64,
+        seed: u32,
+        simd: Simd,
+    ) -> Result<Self, LearnError> {
+        for (part, len) in [("state", state), ("action", action)] {
+            if len == 0 {
+                return Err(LearnError::Empty { part });
+            }
+        }
+        let randomness = Randomness { master, seed };
+        let sizes = |inputs, outputs| [&[inputs][..], &config.hidden, &[outputs]].concat();
+        let network =
+            |part, sizes: &[usize]| Mlp::random(sizes, &mut randomness.stream(Purpose::Weights, part, 0));
+        let (actor_sizes, critic_sizes) = (sizes(state, action), sizes(state + action, 1));
+        let critics = [network(1, &critic_sizes), network(2, &critic_sizes)];
+        let actor = network(0, &actor_sizes);
+        Ok(Self {
+            networks: ActorCritic::new(simd, actor, critics, config.target_actor, config.batch),
+            replay: Replay::new(state, action, config.replay),
+            replay_needed: 0,
+            exploration: Exploration::new(&config),
+            explored: 0,
+            updates: 0,
+            progress: 0.0,
+            health: Health::new(),
+            evaluation: Evaluation::new(&actor_sizes),
+            batch: Batch::new(config.batch, state, action),
+            noise: vec![0.0; config.batch * action],
+            config,
+            randomness,
+            simd,
+        })
+    }
+
+    /// u = clip(π(s) + N(0, v), −1, 1).
+    ///
+    /// # Panics
+    ///
+    /// If a slice has another length.
+    pub fn explore(&mut self, state: &[f32], action: &mut [f32]) {
+        self.act(state, action);
+        let mut stream = self.randomness.stream(Purpose::Exploration, 0, self.explored);
+        let deviation = self.exploration.deviation(&self.config);
+        for u in action {
+            *u = (*u + deviation * stream.normal() as f32).clamp(-1.0, 1.0);
+        }
+        self.explored += 1;
+        self.health.explored(deviation);
+        self.exploration.decay(Decay::Step, &self.config);
+    }
+
+    /// u = π(s).
+    ///
+    /// # Panics
+    ///
+    /// If a slice has another length.
+    pub fn act(&mut self, state: &[f32], action: &mut [f32]) {
+        assert_eq!((state.len(), action.len()), (self.replay.state_len(), self.replay.action_len()));
+        self.evaluation.act(self.simd, &self.networks.actor, state, action);
+    }
+
+    /// Stores a transition and, once there are enough for a mini-batch, does the updates of a step.
+    ///
+    /// Errors if the transition has other lengths or is not finite, if a loss is not finite, or if a restored
+    /// learner lacks transitions.
+    pub fn step(&mut self, transition: Transition<'_>) -> Result<(), LearnError> {
+        if self.replay.pushed() < self.replay_needed {
+            let (expected, found) = (self.replay_needed, self.replay.pushed());
+            return Err(LearnError::ReplayMissing { expected, found });
+        }
+        self.check(&transition)?;
+        self.replay.push(transition);
+        if self.replay.len() < self.config.batch {
+            return Ok(());
+        }
+        if self.config.delta_reset {
+            self.networks.delta_last.fill(0.0);
+        }
+        for inner in 1..=self.config.inner {
+            self.updates += 1;
+            if inner == 1 || self.config.inner_batch == InnerBatch::Fresh {
+                self.draw();
+            }
+            self.update(inner)?;
+        }
+        Ok(())
+    }
+
+    fn check(&self, transition: &Transition<'_>) -> Result<(), LearnError> {
+        let Transition { state, action, reward, next, .. } = *transition;
+        let (state_len, action_len) = (self.replay.state_len(), self.replay.action_len());
+        for (part, quantity, values, expected) in [
+            ("state", "the state", state, state_len),
+            ("action", "the action", action, action_len),
+            ("reward", "the reward", &[reward], 1),
+            ("next state", "the next state", next, state_len),
+        ] {
+            if values.len() != expected {
+                return Err(LearnError::WrongLength { part, expected, found: values.len() });
+            }
+            self.finite(quantity, values)?;
+        }
+        Ok(())
+    }
+
+    fn finite(&self, quantity: &'static str, values: &[f32]) -> Result<(), LearnError> {
+        match values.iter().find(|value| !value.is_finite()) {
+            Some(&value) => Err(LearnError::Diverged { quantity, value, update: self.updates }),
+            None => Ok(()),
+        }
+    }
+
+    /// A fresh mini-batch, with replacement.
+    fn draw(&mut self) {
+        let mut stream = self.randomness.stream(Purpose::Replay, 0, self.updates);
+        for row in 0..self.config.batch {
+            let transition = self.replay.get(stream.below(self.replay.len() as u64) as usize);
+            let over = self.config.terminal_mask && transition.failure;
+            self.batch.set(row, transition, if over { 0.0 } else { self.config.gamma as f32 });
+        }
+    }
+
+    /// Update number `inner` of this step.
+    fn update(&mut self, inner: u64) -> Result<(), LearnError> {
+        let config = &self.config;
+        let deviation = noise::deviation(config.train_noise, config.noise_reading);
+        let mut stream = self.randomness.stream(Purpose::TargetNoise, 0, self.updates);
+        noise::fill(&mut self.noise, &mut stream, deviation, config.train_clip as f32);
+        let counted = match config.delay_counter {
+            Count::Run => self.updates,
+            Count::Step => inner,
+        };
+        let left = 1.0 - (1.0 - config.rate_end) * self.progress;
+        let rule = Rule {
+            algorithm: config.algorithm,
+            delta_kind: config.delta_kind,
+            actor_rate: left * config.actor_rate,
+            critic_rate: left * config.critic_rate,
+            tau: config.tau,
+            delayed: counted.is_multiple_of(config.delay),
+        };
+        let seen = self.networks.update(&self.batch, &self.noise, &rule);
+        self.health.updated(&seen);
+        self.judge(&seen)
+    }
+
+    fn judge(&self, seen: &Seen) -> Result<(), LearnError> {
+        self.finite("loss/critic", &[seen.critic_loss])?;
+        self.finite("loss/actor", seen.actor.map(|actor| actor.loss).as_slice())
+    }
+
+    /// Tells that an episode is over.
+    pub fn end_episode(&mut self) {
+        self.exploration.decay(Decay::Episode, &self.config);
+    }
+
+    /// Tells which share of the training budget is spent, 0 to 1; the step sizes fall with it.
+    pub fn set_progress(&mut self, fraction: f64) {
+        self.progress = fraction.clamp(0.0, 1.0);
+    }
+
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// Updates done.
+    pub fn updates(&self) -> u64 {
+        self.updates
+    }
+
+    /// Transitions kept.
+    pub fn replay_len(&self) -> usize {
+        self.replay.len()
+    }
+
+    /// Transitions ever stored.
+    pub fn replay_pushed(&self) -> u64 {
+        self.replay.pushed()
+    }
+
+    /// Means since last asked: `loss/critic` (of both), `q/q1`, `q/q2`, `q/gap` (|q̂₁ − q̂₂|), `q/delta_adj`
+    /// (max(q̂₁, q̂₂) less the value used), `loss/actor`, `action/saturation` (share of the policy's action
+    /// entries beyond ±0.99), `noise/explore` (standard deviation). What did not occur is left out.
+    pub fn take_health(&mut self) -> Vec<(&'static str, f32)> {
+        self.health.take()
+    }
+
+    /// The policy as it is now.
+    pub fn policy(&self) -> Policy {
+        Policy::new(self.simd, self.networks.actor.clone())
+    }
+
+    /// Appends everything but the stored transitions.
+    pub fn save(&self, out: &mut Vec<u8>) {
+        let mut writer = Writer(out);
+        for count in [self.explored, self.updates, self.replay.pushed()] {
+            writer.count(count);
+        }
+        writer.real(self.exploration.level);
+        writer.real(self.progress);
+        self.health.save(&mut writer);
+        self.networks.save(&mut writer);
+    }
+
+    /// Takes back what [`Learner::save`] gave, into a learner made with the same arguments. The transitions
+    /// must follow through [`Learner::restore_rows`].
+    ///
+    /// Errors if the size is not that of this learner's state; then nothing has changed.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), LearnError> {
+        let mut own = Vec::new();
+        self.save(&mut own);
+        let (expected, found) = (own.len(), bytes.len());
+        if expected != found {
+            return Err(LearnError::WrongSize { expected, found });
+        }
+        let mut reader = Reader(bytes);
+        for count in [&mut self.explored, &mut self.updates, &mut self.replay_needed] {
+            *count = reader.count()?;
+        }
+        self.exploration.level = reader.real()?;
+        self.progress = reader.real()?;
+        self.health.restore(&mut reader)?;
+        self.networks.restore(&mut reader)?;
+        self.replay.clear();
+        Ok(())
+    }
+
+    /// Appends the transitions stored from number `from` on, oldest first, [`Learner::row_bytes`] each. One
+    /// that has been dropped meanwhile is given as zeros, so number n of a log always begins at n times that.
+    pub fn replay_rows(&self, from: u64, out: &mut Vec<u8>) {
+        self.replay.write(from, out);
+    }
+
+    /// Stores transitions that [`Learner::replay_rows`] gave: all of them in order, in as many calls as wanted.
+    ///
+    /// Errors, without storing any, if these are not whole transitions.
+    pub fn restore_rows(&mut self, bytes: &[u8]) -> Result<(), LearnError> {
+        self.replay.read(bytes)
+    }
+
+    /// Bytes of a stored transition.
+    pub fn row_bytes(&self) -> usize {
+        self.replay.row_bytes()
+    }
+}

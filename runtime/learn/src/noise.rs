@@ -1,0 +1,44 @@
+//! Noise on actions.
+
+use mpgx_random::Stream;
+
+use crate::config::{Config, Decay, NoiseReading};
+
+/// The standard deviation that a noise setting means.
+pub(crate) fn deviation(setting: f64, reading: NoiseReading) -> f32 {
+    match reading {
+        NoiseReading::Variance => libm::sqrt(setting) as f32,
+        NoiseReading::Deviation => setting as f32,
+    }
+}
+
+/// Fills `noise` with normal numbers of this deviation, clipped to ±`clip`.
+pub(crate) fn fill(noise: &mut [f32], stream: &mut Stream, deviation: f32, clip: f32) {
+    for value in noise {
+        *value = (deviation * stream.normal() as f32).clamp(-clip, clip);
+    }
+}
+
+/// The exploration noise of one run: falls by a factor down to a floor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Exploration {
+    /// In the unit of the setting.
+    pub(crate) level: f64,
+}
+
+impl Exploration {
+    pub(crate) fn new(config: &Config) -> Self {
+        Self { level: config.explore_noise }
+    }
+
+    /// v ← max(λ v, v_min), if the time that has passed is the one that counts.
+    pub(crate) fn decay(&mut self, passed: Decay, config: &Config) {
+        if passed == config.explore_every {
+            self.level = (config.explore_decay * self.level).max(config.explore_min);
+        }
+    }
+
+    pub(crate) fn deviation(&self, config: &Config) -> f32 {
+        deviation(self.level, config.noise_reading)
+    }
+}

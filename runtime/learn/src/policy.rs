@@ -1,0 +1,117 @@
+//! The trained policy: states in, actions out.
+
+use crate::bytes::{Reader, Writer};
+use crate::error::LearnError;
+use crate::kernels::{Rows, Simd};
+use crate::network::{Activations, Mlp};
+
+/// States that are evaluated together.
+const ROWS: usize = 16;
+/// Sizes of layers that stored policies may have.
+const LARGEST: u64 = 65536;
+
+/// tanh of every entry, `libm`'s: the same bits everywhere.
+pub(crate) fn squash(z: &[f32], u: &mut [f32]) {
+    for (u, z) in u.iter_mut().zip(z) {
+        *u = libm::tanhf(*z);
+    }
+}
+
+/// Buffers to evaluate an actor.
+#[derive(Clone)]
+pub(crate) struct Evaluation {
+    x: Rows,
+    h: Activations,
+}
+
+impl Evaluation {
+    /// Of actors with these sizes of layers.
+    pub(crate) fn new(sizes: &[usize]) -> Self {
+        Self { x: Rows::new(ROWS, sizes[0]), h: Activations::new(sizes, ROWS) }
+    }
+
+    /// Whole rows of states in, as many rows of actions out.
+    pub(crate) fn act(&mut self, simd: Simd, actor: &Mlp, states: &[f32], actions: &mut [f32]) {
+        let (state, action) = (self.x.features(), self.h.output().features());
+        for (states, actions) in states.chunks(ROWS * state).zip(actions.chunks_mut(ROWS * action)) {
+            self.x.set_rows(states.len() / state);
+            for (row, state) in states.chunks_exact(state).enumerate() {
+                self.x.row_mut(row).copy_from_slice(state);
+            }
+            actor.forward(simd, &self.x, &mut self.h);
+            for (row, action) in actions.chunks_exact_mut(action).enumerate() {
+                squash(self.h.output().row(row), action);
+            }
+        }
+    }
+}
+
+/// A deterministic policy π(s), without noise.
+#[derive(Clone)]
+pub struct Policy {
+    simd: Simd,
+    actor: Mlp,
+    evaluation: Evaluation,
+}
+
+impl Policy {
+    pub(crate) fn new(simd: Simd, actor: Mlp) -> Self {
+        let evaluation = Evaluation::new(&actor.sizes());
+        Self { simd, actor, evaluation }
+    }
+
+    /// Entries of a state.
+    pub fn state_len(&self) -> usize {
+        self.evaluation.x.features()
+    }
+
+    /// Entries of an action.
+    pub fn action_len(&self) -> usize {
+        self.evaluation.h.output().features()
+    }
+
+    /// π of every row of `states`, `[rows][state]`, into `actions`, `[rows][action]`, each in [−1, 1]. A row
+    /// gets the same bits whatever the other rows are.
+    ///
+    /// # Panics
+    ///
+    /// If a slice has another length.
+    pub fn act(&mut self, states: &[f32], rows: usize, actions: &mut [f32]) {
+        let expected = (rows * self.state_len(), rows * self.action_len());
+        assert_eq!((states.len(), actions.len()), expected, "states and actions of {rows} rows");
+        self.evaluation.act(self.simd, &self.actor, states, actions);
+    }
+
+    /// Sizes of the layers, then the weights.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut writer = Writer(&mut bytes);
+        let sizes = self.actor.sizes();
+        writer.count(sizes.len() as u64);
+        sizes.iter().for_each(|&size| writer.count(size as u64));
+        writer.network(&self.actor);
+        bytes
+    }
+
+    /// Reads what [`Policy::to_bytes`] gave; refuses everything else before it takes memory for it.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, LearnError> {
+        let mut reader = Reader(bytes);
+        let layers = reader.count()?;
+        if !(2..=32).contains(&layers) {
+            return Err(LearnError::Damaged { reason: "it has no such number of layers" });
+        }
+        let sizes = (0..layers).map(|_| reader.count()).collect::<Result<Vec<u64>, _>>()?;
+        if !sizes.iter().all(|size| (1..=LARGEST).contains(size)) {
+            return Err(LearnError::Damaged { reason: "a layer has no such size" });
+        }
+        let floats: u64 = sizes.windows(2).map(|pair| (pair[0] + 1) * pair[1]).sum();
+        let (expected, found) = (4 * floats as usize, reader.0.len());
+        if expected != found {
+            return Err(LearnError::WrongSize { expected, found });
+        }
+        let sizes: Vec<usize> = sizes.into_iter().map(|size| size as usize).collect();
+        let mut actor = Mlp::zeros(&sizes);
+        reader.network(&mut actor)?;
+        Ok(Self::new(Simd::best(), actor))
+    }
+}
