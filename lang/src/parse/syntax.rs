@@ -65,7 +65,7 @@ pub(crate) fn begins_an_item(text: &str, tokens: &[Token], file: usize, problems
     if ITEM_WORDS.contains(&word) {
         return true;
     }
-    let problem = Problem::error(&UNKNOWN_ITEM, format!("{} does not begin anything", quoted(word)));
+    let problem = Problem::error(&UNKNOWN_ITEM, format!("`{word}` does not begin anything"));
     let problem = problem.at(span(first), "expected an item, such as `param` or `reward`");
     let next = tokens.get(1).map_or("", |token| &text[token.start..token.end]);
     problems.push(match did_you_mean(word, ITEM_WORDS.iter().copied()) {
@@ -83,84 +83,86 @@ pub(crate) fn problem(context: &Context, tokens: &[Token], error: Error<Rule>) -
     let position = match error.location {
         InputLocation::Pos(at) | InputLocation::Span((at, _)) => context.offset + at,
     };
-    let index = tokens.iter().position(|token| token.end > position);
-    let found = |index: usize| tokens.get(index).map_or("", |token| &context.text[token.start..token.end]);
-    let (word, before) = match index {
-        Some(index) => (found(index), if index > 0 { found(index - 1) } else { "" }),
-        None => ("", tokens.last().map_or("", |token| &context.text[token.start..token.end])),
-    };
-    let end = tokens.last().map_or(position, |token| token.end);
-    let span = match index.and_then(|index| tokens.get(index)) {
-        Some(token) => Span { file: context.file, start: token.start, end: token.end },
-        None => Span { file: context.file, start: end, end },
-    };
-    let expected = match &error.variant {
-        ErrorVariant::ParsingError { positives, .. } => expected(positives),
-        ErrorVariant::CustomError { .. } => {
-            let problem = Problem::error(&TOO_COMPLEX, "this item is too complex");
-            return problem.at(span, "given up here").help("cut it into several with `let` or `fn`");
+    let span = |token: &Token| Span { file: context.file, start: token.start, end: token.end };
+    let text = |token: &Token| &context.text[token.start..token.end];
+    let before = tokens.iter().take_while(|token| token.end <= position).last().map_or("", text);
+    let next = tokens.iter().find(|token| token.end > position);
+    let (found, at) = match next {
+        Some(token) => (text(token), span(token)),
+        None => {
+            let end = tokens.last().map_or(position, |token| token.end);
+            ("", Span { file: context.file, start: end, end })
         }
     };
-    let names = |rules: &[Rule]| rules.iter().any(|rule| matches!(rule, Rule::name | Rule::new_name));
-    let name_wanted =
-        matches!(&error.variant, ErrorVariant::ParsingError { positives, .. } if names(positives));
-    if name_wanted && is_word(word) {
-        return Problem::error(
-            &RESERVED_WORD,
-            format!("{} is a word of the language and cannot be a name", quoted(word)),
-        )
-        .at(span, format!("expected {expected}"))
-        .help(format!("choose another name, for example `{word}_1`"));
-    }
-    let what = if word.is_empty() { "the end of this item".to_owned() } else { quoted(word) };
-    let problem = Problem::error(&SYNTAX, format!("expected {expected}, found {what}"));
-    let problem = problem.at(span, format!("expected {expected}"));
-    match hint(before, word) {
-        Some(hint) => problem.help(hint),
+    let ErrorVariant::ParsingError { positives, .. } = error.variant else {
+        return Problem::error(&TOO_COMPLEX, "this item is too complex")
+            .at(at, "given up here")
+            .help("cut it into several with `let` or `fn`");
+    };
+    let expected = expected(&positives);
+    let problem = if is_word(found) && expected == "a name" {
+        let message = format!("`{found}` is a word of the language and cannot be a name");
+        let problem = Problem::error(&RESERVED_WORD, message).at(at, "expected a name");
+        problem.help(format!("choose another name, for example `{found}_1`"))
+    } else {
+        let what = if found.is_empty() { "the end of this item".to_owned() } else { format!("`{found}`") };
+        let problem = Problem::error(&SYNTAX, format!("expected {expected}, found {what}"));
+        let problem = problem.at(at, "not expected here");
+        match hint(&positives, before, found) {
+            Some(hint) => problem.help(hint),
+            None => problem,
+        }
+    };
+    let item = tokens.iter().find(|token| token.kind != Kind::Doc);
+    match item.filter(|item| context.text[item.start..at.start].contains('\n')) {
+        Some(item) => problem.with(span(item), format!("in this `{}`", text(item))),
         None => problem,
     }
 }
 
-/// What to do about a token that cannot stand after the one before it.
-fn hint(before: &str, found: &str) -> Option<String> {
-    let operand =
-        before.ends_with(|last: char| last.is_alphanumeric() || matches!(last, ')' | ']' | '_' | '|' | '%'));
-    let begins_operand =
-        found.starts_with(|first: char| first.is_ascii_alphanumeric() || matches!(first, '(' | '_'));
-    Some(match found {
-        "&&" => "write `and`".to_owned(),
-        "&" => "write `and`".to_owned(),
-        "!" => "write `not`".to_owned(),
-        "**" => "a power is written `x^2`".to_owned(),
-        "*" if before == "*" => "a power is written `x^2`".to_owned(),
-        "=" if before == "=" || operand => "to compare two values, write `==`".to_owned(),
-        "==" => "to give a value, write `=`".to_owned(),
-        "." if !operand => "write the zero before the decimal point: `0.5`".to_owned(),
-        ";" => "entries are separated by commas or line ends".to_owned(),
-        "\"" | "'" | "“" | "”" => {
-            "the language has no text in quotes; names stand as they are".to_owned()
+/// What to do about a token, from what could have stood there.
+fn hint(positives: &[Rule], before: &str, found: &str) -> Option<String> {
+    let wanted = |rule| positives.contains(&rule);
+    let after_value = wanted(Rule::comparison);
+    let value = found.starts_with(|first: char| first.is_ascii_alphanumeric() || matches!(first, '(' | '_'));
+    let hint = match found {
+        "&&" | "&" => "write `and`",
+        "!" => "write `not`",
+        "**" => "a power is written `x^2`",
+        ";" => "entries are separated by commas or line ends",
+        "\"" | "'" | "“" | "”" => "there is no text in quotes; names stand as they are",
+        "−" | "–" | "—" => "write the minus as `-`",
+        "×" | "·" | "⋅" => "write `*` to multiply",
+        "÷" => "write `/` to divide",
+        "≤" => "write `<=`",
+        "≥" => "write `>=`",
+        "≠" => "write `!=`",
+        "°" => "write `deg`",
+        "." if !after_value && wanted(Rule::expr) => "write the zero before the decimal point: `0.5`",
+        _ if !found.is_ascii() => "names are made of the letters a to z, digits and `_`",
+        "=" if after_value => "to compare two values, write `==`",
+        "=" if wanted(Rule::kw_of) => "say whose formation it is: `formation F of follower = …`",
+        ":" | "==" if wanted(Rule::becomes) || wanted(Rule::equals) => "a value is given with `=`",
+        "{" if wanted(Rule::open_paren) => "without parameters, write `()` before it",
+        "[" if wanted(Rule::colon) => {
+            "several of a kind are declared with `agents`: `agents follower[3] : point`"
         }
-        "−" | "–" | "—" => "write the minus as `-`".to_owned(),
-        "×" | "·" | "⋅" => "write `*` to multiply".to_owned(),
-        "÷" => "write `/` to divide".to_owned(),
-        "≤" => "write `<=`".to_owned(),
-        "≥" => "write `>=`".to_owned(),
-        "≠" => "write `!=`".to_owned(),
-        "°" => "write `deg`".to_owned(),
-        ":" => "a setting is written `name = value`".to_owned(),
-        "[" if before != "]" && is_name(before) => {
-            "several of a kind are declared with `agents`, for example `agents follower[3] : point`"
-                .to_owned()
+        ":" if wanted(Rule::open_bracket) => "say how many there are: `agents follower[3] : point`",
+        _ if after_value && wanted(Rule::bar) => "a `|` before this is not closed",
+        _ if wanted(Rule::kw_in) && wanted(Rule::comma) && !wanted(Rule::colon) => {
+            "an index runs over a set: `i in follower`, or `i, j in pairs(all)`"
         }
-        _ if !found.is_ascii() => "names are made of the letters a to z, digits and `_`".to_owned(),
-        _ if operand && begins_operand && !is_word(found) => "to multiply, write `*` between them".to_owned(),
+        _ if after_value && value && !CONTEXTUAL.contains(&found) && before != "," => {
+            "to multiply, write `*` between the two"
+        }
         _ => return None,
-    })
+    };
+    Some(hint.to_owned())
 }
 
-fn is_name(text: &str) -> bool {
-    text.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
-}
+/// Words that continue an item, so that no `*` is missing before them.
+const CONTEXTUAL: &[&str] =
+    &["about", "at", "beats", "costs", "else", "for", "if", "in", "of", "on", "then", "when", "with"];
 
 /// Whether a word is one of the language, which no name may be.
 fn is_word(word: &str) -> bool {
@@ -170,31 +172,91 @@ fn is_word(word: &str) -> bool {
     ITEM_WORDS.contains(&word) || INNER.contains(&word)
 }
 
-fn quoted(word: &str) -> String {
-    format!("`{word}`")
-}
-
 /// `a`, `a or b`, `a, b or c`: what the grammar would have taken, in words.
-fn expected(rules: &[Rule]) -> String {
-    let mut words: Vec<(u8, &str)> = rules.iter().filter_map(|rule| describe(*rule)).collect();
-    words.sort_unstable();
-    words.dedup();
-    let words: Vec<&str> = words.into_iter().map(|(_, word)| word).collect();
+fn expected(positives: &[Rule]) -> String {
+    let after_value = positives.contains(&Rule::comparison);
+    let before_value = positives.contains(&Rule::literal) || positives.contains(&Rule::expr);
+    let mut words: Vec<String> = Vec::new();
+    if before_value {
+        words.push("a value".to_owned());
+    }
+    for rule in positives {
+        let hidden = (after_value && OPERATORS.contains(rule)) || (before_value && BEGINNINGS.contains(rule));
+        if let Some(word) =
+            describe(*rule).filter(|word| !hidden && !ENTRIES.contains(rule) && !words.contains(word))
+        {
+            words.push(word);
+        }
+    }
+    if after_value {
+        words.push("an operator".to_owned());
+    }
+    if positives.contains(&Rule::EOI) {
+        words.push("the end of the item".to_owned());
+    }
+    if words.is_empty() {
+        words.push("an entry".to_owned());
+    }
     match words.split_last() {
-        None => "something else".to_owned(),
-        Some((last, [])) => (*last).to_owned(),
+        Some((last, [])) => last.clone(),
         Some((last, others)) => format!("{} or {last}", others.join(", ")),
+        None => String::new(),
     }
 }
 
-/// A rule in words, and how far back in a list of what was expected it stands. `None` for what is never missed.
-fn describe(rule: Rule) -> Option<(u8, &'static str)> {
-    Some(match rule {
-        Rule::name | Rule::new_name | Rule::path | Rule::names | Rule::use_of | Rule::parameter => {
-            (0, "a name")
+/// What may follow a value and is told as one operator. The name is that of a unit.
+#[rustfmt::skip]
+const OPERATORS: &[Rule] = &[
+    Rule::comparison, Rule::plus_minus, Rule::times_over, Rule::power, Rule::dots, Rule::kw_and, Rule::kw_or,
+    Rule::dot, Rule::open_bracket, Rule::open_paren, Rule::percent, Rule::name,
+];
+
+/// What a value may begin with.
+#[rustfmt::skip]
+const BEGINNINGS: &[Rule] = &[
+    Rule::negative, Rule::fold_word, Rule::tally_word, Rule::truth, Rule::literal, Rule::name, Rule::bar,
+    Rule::open_paren, Rule::open_bracket, Rule::kw_if, Rule::kw_not, Rule::expr,
+];
+
+/// Whole entries: a comma is told instead.
+const ENTRIES: &[Rule] = &[
+    Rule::ending,
+    Rule::term,
+    Rule::setting,
+    Rule::observation,
+    Rule::output,
+    Rule::next,
+    Rule::state,
+    Rule::doc_line,
+];
+
+fn describe(rule: Rule) -> Option<String> {
+    let symbol = match rule {
+        Rule::arrow => "->",
+        Rule::bar => "|",
+        Rule::close_angle => ">",
+        Rule::close_brace => "}",
+        Rule::close_bracket => "]",
+        Rule::close_paren => ")",
+        Rule::colon => ":",
+        Rule::comma => ",",
+        Rule::dot => ".",
+        Rule::equals => "=",
+        Rule::open_angle => "<",
+        Rule::open_brace => "{",
+        Rule::open_bracket => "[",
+        Rule::open_paren => "(",
+        Rule::becomes => return Some("`=`, `~`".to_owned()),
+        Rule::side => return Some("`<`, `>`".to_owned()),
+        Rule::exponent | Rule::integer => return Some("a whole number".to_owned()),
+        Rule::EOI => return None,
+        Rule::extern_kind => return Some("`fn`, `dist`, `algorithm`, `controller` or `body`".to_owned()),
+        Rule::type_ | Rule::dimensions | Rule::dimension_factor => return Some("a type".to_owned()),
+        _ => {
+            let rule = format!("{rule:?}");
+            let word = rule.strip_prefix("kw_").map(|word| format!("`{word}`"));
+            return Some(word.unwrap_or_else(|| "a name".to_owned()));
         }
-        Rule::setting | Rule::term | Rule::ending | Rule::output => (0, "a name"),
-        Rule::EOI => (8, "the end of the item"),
-        _ => return None,
-    })
+    };
+    Some(format!("`{symbol}`"))
 }
