@@ -1,0 +1,380 @@
+//! Learning curves: the interquartile mean over seeds with its bootstrap band, and every seed as a thin line.
+
+use minijinja::value::Serde;
+use minijinja::{Value, context};
+use mpgx_study::record::Training;
+use serde::Serialize;
+
+use super::{Content, Panel};
+use crate::band::{Estimate, Resamples};
+use crate::svg::{self, Axis, Chart};
+use crate::text::{Format, count, escape};
+use crate::view::{Entry, View};
+
+pub const PANEL: Panel = Panel {
+    id: "curves",
+    title: "Learning",
+    template: include_str!("curves.html"),
+    script: Some(include_str!("../curves.js")),
+    content,
+};
+
+/// Most points of a curve.
+const POINTS: usize = 200;
+/// The box filter averages over this share of training.
+const WINDOW: f64 = 0.05;
+/// Rows of a table below a chart.
+const TABLE_ROWS: usize = 12;
+
+/// What is drawn against the steps of training.
+struct Quantity {
+    id: String,
+    title: String,
+    format: fn(f64) -> Format,
+    /// Metric of the held-out evaluation whose oracle value is drawn as a level.
+    metric: String,
+    log: bool,
+    column: Box<dyn Fn(&Training) -> Vec<f64>>,
+}
+
+/// One method's curves of one quantity on the shared grid of steps.
+#[derive(Serialize)]
+struct Curves<'a> {
+    label: &'a str,
+    style: &'a str,
+    seeds: Vec<Seed>,
+    raw: Vec<Option<Point>>,
+    smooth: Vec<Option<Point>>,
+}
+
+#[derive(Serialize)]
+struct Seed {
+    seed: u32,
+    failed: bool,
+    values: Vec<Option<f64>>,
+}
+
+/// Middle, low and high end of the band.
+type Point = [f64; 3];
+
+/// A chart with all the forms its switches choose from.
+#[derive(Serialize)]
+struct Data<'a> {
+    level: Option<f64>,
+    id: &'a str,
+    title: &'a str,
+    unit: &'static str,
+    factor: f64,
+    digits: usize,
+    methods: &'a [Curves<'a>],
+    axes: Axes,
+}
+
+#[derive(Serialize)]
+struct Axes {
+    smooth: Axis,
+    raw: Axis,
+    smooth_log: Option<Axis>,
+    raw_log: Option<Axis>,
+}
+
+#[derive(Serialize)]
+struct Figure {
+    id: String,
+    title: String,
+    unit: &'static str,
+    log: bool,
+    chart: Value,
+    rows: Vec<Vec<String>>,
+}
+
+fn content(view: &View) -> Option<Content> {
+    let trainings =
+        || view.learners().flat_map(|method| method.records.iter().filter_map(|r| r.training.as_ref()));
+    let last =
+        trainings().filter_map(|training| training.steps.last()).max().copied().filter(|&last| last > 0)?;
+    let grid = Grid::new(last, view.input.plan.world.horizon);
+    let x = Axis { lo: 0.0, hi: last as f64, ..Axis::linear([0.0, last as f64], 5, Format::number) };
+    let x = Axis {
+        ticks: x.ticks.into_iter().map(|tick| svg::Tick { label: count(tick.value), ..tick }).collect(),
+        ..x
+    };
+    let mut figures = Vec::new();
+    let mut data = Vec::new();
+    for quantity in quantities(view) {
+        let methods: Vec<_> = view.learners().map(|method| curves(method, &quantity, &grid)).collect();
+        let level = view.oracle().zip(view.main_protocol()).and_then(|(oracle, protocol)| {
+            view.statistic(&protocol.name, oracle.label, &quantity.metric).map(|statistic| statistic.iqm)
+        });
+        let axes = Axes {
+            smooth: axis(&methods, true, level, false, &quantity),
+            raw: axis(&methods, false, level, false, &quantity),
+            smooth_log: quantity.log.then(|| axis(&methods, true, level, true, &quantity)),
+            raw_log: quantity.log.then(|| axis(&methods, false, level, true, &quantity)),
+        };
+        let shown = axes.smooth_log.as_ref().unwrap_or(&axes.smooth);
+        let format = (quantity.format)(shown.lo.abs().max(shown.hi.abs()));
+        let chart = Chart {
+            id: &format!("curve-{}", quantity.id),
+            title: &quantity.title,
+            description: &describe(&methods, format),
+            height: 250,
+            x: &x,
+            y: shown,
+            area: &methods.iter().map(|curves| draw(curves, &grid, shown)).collect::<String>(),
+            over: &level.map(|level| level_line(level, shown, format)).unwrap_or_default(),
+        };
+        figures.push(Figure {
+            id: quantity.id.clone(),
+            title: quantity.title.clone(),
+            unit: format.unit,
+            log: quantity.log,
+            chart: Value::from_safe_string(chart.render()),
+            rows: table(&methods, &grid, format),
+        });
+        let Format { unit, factor, digits } = format;
+        let entry = Data {
+            level,
+            id: &quantity.id,
+            title: &quantity.title,
+            unit,
+            factor,
+            digits,
+            methods: &methods,
+            axes,
+        };
+        data.push(serde_json::to_value(entry).ok()?);
+    }
+    let legend: Vec<_> = view.learners().map(|method| (method.label, method.style.as_str())).collect();
+    let context = context! {
+        legend => Serde(legend),
+        figures => Serde(figures),
+        window => format!("{:.0} %", WINDOW * 100.0),
+        oracle => view.oracle().map(|oracle| oracle.label),
+        protocol => view.main_protocol().map(|protocol| protocol.name.as_str()),
+    };
+    let data = serde_json::json!({ "steps": grid.steps(), "window": grid.window, "charts": data });
+    Some(Content { context, data: Some(data) })
+}
+
+fn quantities(view: &View) -> Vec<Quantity> {
+    let mut quantities = vec![
+        Quantity {
+            id: "error".into(),
+            title: "Distance from the slots".into(),
+            format: Format::length,
+            metric: "error_m".into(),
+            log: true,
+            column: Box::new(|training| training.error_m.clone()),
+        },
+        Quantity {
+            id: "return".into(),
+            title: "Return".into(),
+            format: Format::number,
+            metric: "return".into(),
+            log: false,
+            column: Box::new(|training| training.returns.clone()),
+        },
+    ];
+    let terms = &view.input.plan.world.reward;
+    quantities.extend(terms.iter().enumerate().map(|(k, term)| Quantity {
+        id: format!("term-{k}"),
+        title: format!("Reward term “{}”", term.name),
+        format: Format::number,
+        metric: format!("reward/{}", term.name),
+        log: false,
+        column: Box::new(move |training| {
+            training.terms.iter().map(|terms| terms.get(k).copied().unwrap_or(f64::NAN)).collect()
+        }),
+    }));
+    quantities
+}
+
+/// Equal bins of steps, each long enough to see the end of an episode.
+struct Grid {
+    last: u64,
+    bins: usize,
+    /// Bins that the box filter averages over.
+    window: usize,
+}
+
+impl Grid {
+    fn new(last: u64, horizon: usize) -> Grid {
+        let bins = (last / horizon.max(1) as u64).clamp(2, POINTS as u64) as usize;
+        Grid { last, bins, window: ((bins as f64 * WINDOW).round() as usize).max(1) }
+    }
+
+    /// The steps at the end of each bin.
+    fn steps(&self) -> Vec<u64> {
+        (1..=self.bins as u64).map(|bin| bin * self.last / self.bins as u64).collect()
+    }
+
+    /// Mean of the episodes that end in each bin, empty bins from their neighbours; nothing after the last episode.
+    fn resample(&self, steps: &[u64], column: &[f64]) -> Vec<Option<f64>> {
+        let mut sums = vec![(0.0, 0.0); self.bins];
+        for (step, value) in steps.iter().zip(column).filter(|(_, value)| value.is_finite()) {
+            let bin = (step.saturating_sub(1) as usize).saturating_mul(self.bins) / self.last as usize;
+            if let Some((sum, count)) = sums.get_mut(bin) {
+                *sum += value;
+                *count += 1.0;
+            }
+        }
+        let seen: Vec<(usize, f64)> =
+            sums.iter().enumerate().filter(|(_, s)| s.1 > 0.0).map(|(bin, s)| (bin, s.0 / s.1)).collect();
+        (0..self.bins)
+            .map(|bin| {
+                let after = seen.partition_point(|&(other, _)| other < bin);
+                let (right, right_value) = *seen.get(after)?;
+                let (left, left_value) = *seen.get(after.wrapping_sub(1)).unwrap_or(&(right, right_value));
+                let share = (bin as f64 - left as f64) / ((right - left) as f64).max(1.0);
+                Some(if right == bin { right_value } else { left_value + share * (right_value - left_value) })
+            })
+            .collect()
+    }
+
+    /// The box filter: mean of the last `window` bins.
+    fn smooth(&self, values: &[Option<f64>]) -> Vec<Option<f64>> {
+        let mean = |bin: usize| {
+            let window = values.get((bin + 1).saturating_sub(self.window)..=bin)?;
+            let known: Vec<f64> = window.iter().flatten().copied().collect();
+            values.get(bin).copied().flatten().map(|_| known.iter().sum::<f64>() / known.len() as f64)
+        };
+        (0..values.len()).map(mean).collect()
+    }
+
+    fn place(&self, bin: usize) -> f64 {
+        (bin + 1) as f64 / self.bins as f64
+    }
+}
+
+fn curves<'v>(method: &'v Entry, quantity: &Quantity, grid: &Grid) -> Curves<'v> {
+    let seeds: Vec<Seed> = method
+        .records
+        .iter()
+        .filter_map(|record| {
+            let training = record.training.as_ref()?;
+            let values = grid.resample(&training.steps, &(quantity.column)(training));
+            let values = values.into_iter().map(|value| value.map(short)).collect();
+            Some(Seed { seed: record.seed, failed: record.failure.is_some(), values })
+        })
+        .collect();
+    let finished: Vec<_> = seeds.iter().filter(|seed| !seed.failed).map(|seed| seed.values.clone()).collect();
+    let smoothed: Vec<_> = finished.iter().map(|values| grid.smooth(values)).collect();
+    let resamples = Resamples::new(finished.len());
+    let band =
+        |seeds: &[Vec<Option<f64>>]| (0..grid.bins).map(|bin| estimate(&resamples, seeds, bin)).collect();
+    let (raw, smooth) = (band(&finished), band(&smoothed));
+    Curves { label: method.label, style: &method.style, seeds, raw, smooth }
+}
+
+fn estimate(resamples: &Resamples, seeds: &[Vec<Option<f64>>], bin: usize) -> Option<Point> {
+    let values: Vec<f64> = seeds.iter().filter_map(|values| values.get(bin).copied().flatten()).collect();
+    let Estimate { mid, interval } = resamples.estimate(&values)?;
+    let (lo, hi) = interval.unwrap_or((mid, mid));
+    Some([mid, lo, hi].map(short))
+}
+
+/// Six significant digits: more would only make the file longer.
+fn short(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
+}
+
+fn axis(methods: &[Curves], smooth: bool, level: Option<f64>, log: bool, quantity: &Quantity) -> Axis {
+    let points = |curves: &Curves| if smooth { curves.smooth.clone() } else { curves.raw.clone() };
+    let shown = methods.iter().flat_map(points).flatten().flatten().chain(level);
+    if log {
+        Axis::log(shown, quantity.format)
+    } else {
+        // The zero of a quantity that never changes its sign is worth seeing.
+        Axis::linear(shown.chain([0.0]), 5, quantity.format)
+    }
+}
+
+fn draw(curves: &Curves, grid: &Grid, y: &Axis) -> String {
+    let at = |bin: usize, value: f64| (grid.place(bin), y.place(value));
+    let trace = |values: &[Option<f64>]| {
+        svg::line(values.iter().enumerate().map(|(bin, value)| value.map(|value| at(bin, value))))
+    };
+    let band: Vec<_> = curves
+        .smooth
+        .iter()
+        .enumerate()
+        .filter_map(|(bin, point)| point.map(|[_, lo, hi]| (grid.place(bin), y.place(lo), y.place(hi))))
+        .collect();
+    let middle: Vec<_> = curves.smooth.iter().map(|point| point.map(|[mid, _, _]| mid)).collect();
+    let seeds: String = curves
+        .seeds
+        .iter()
+        .map(|seed| {
+            let class = if seed.failed { "seed failed" } else { "seed" };
+            format!(r#"<path class="{class}" d="{}"/>"#, trace(&grid.smooth(&seed.values)))
+        })
+        .collect();
+    format!(
+        r#"<g class="{}">{seeds}<path class="band" d="{}"/><path class="mid" d="{}"/></g>"#,
+        curves.style,
+        svg::region(&band),
+        trace(&middle)
+    )
+}
+
+fn level_line(level: f64, y: &Axis, format: Format) -> String {
+    let top = y.top(level);
+    let label = escape(&format!("oracle {}", format.full(level)));
+    format!(
+        r#"<line class="level" x1="0" x2="100%" y1="{top}" y2="{top}"/><text x="100%" y="{top}" dy="-.45em">{label}</text>"#
+    )
+}
+
+/// First and last value of each method, in words.
+fn describe(methods: &[Curves], format: Format) -> String {
+    let words = methods.iter().filter_map(|curves| {
+        let first = curves.smooth.iter().flatten().next()?;
+        let last = curves.smooth.iter().flatten().last()?;
+        Some(format!("{} goes from {} to {}.", curves.label, format.full(first[0]), format.full(last[0])))
+    });
+    let words: Vec<_> = words.collect();
+    format!("Against environment steps of training. {}", words.join(" "))
+}
+
+fn table(methods: &[Curves], grid: &Grid, format: Format) -> Vec<Vec<String>> {
+    let every = grid.bins.div_ceil(TABLE_ROWS);
+    let steps = grid.steps();
+    let row = |(bin, step): (usize, &u64)| {
+        let cell = |curves: &Curves| match curves.smooth.get(bin).copied().flatten() {
+            Some([mid, lo, hi]) if lo < hi => {
+                format!("{} [{}, {}]", format.plain(mid), format.plain(lo), format.plain(hi))
+            }
+            Some([mid, _, _]) => format.plain(mid),
+            None => String::new(),
+        };
+        [step.to_string()].into_iter().chain(methods.iter().map(cell)).collect()
+    };
+    steps
+        .iter()
+        .enumerate()
+        .filter(|(bin, _)| (bin + 1) % every == 0 || bin + 1 == grid.bins)
+        .map(row)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn empty_bins_take_the_line_between_their_neighbours() {
+        let grid = Grid { last: 100, bins: 5, window: 2 };
+        assert_eq!(grid.steps(), [20, 40, 60, 80, 100]);
+        let values = grid.resample(&[10, 20, 70], &[1.0, 3.0, 8.0]);
+        assert_eq!(values, [Some(2.0), Some(4.0), Some(6.0), Some(8.0), None]);
+        assert_eq!(grid.smooth(&values), [Some(2.0), Some(3.0), Some(5.0), Some(7.0), None]);
+    }
+
+    #[test]
+    fn values_that_are_not_numbers_leave_no_trace() {
+        let grid = Grid { last: 40, bins: 2, window: 1 };
+        assert_eq!(grid.resample(&[20, 40], &[f64::NAN, 5.0]), [Some(5.0), Some(5.0)]);
+        assert_eq!(grid.resample(&[], &[]), [None, None]);
+    }
+}

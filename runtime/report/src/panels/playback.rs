@@ -1,0 +1,216 @@
+//! Episodes played back on a canvas, two methods side by side; a still picture without a script.
+
+use std::fmt::Write;
+
+use minijinja::{Value, context};
+use mpgx_lang::plan::{Control, Extern, Setting, World};
+use mpgx_study::record::Trajectory;
+use serde::Serialize;
+
+use super::{Content, Panel};
+use crate::text::plural;
+use crate::tracks::{Pool, Track};
+use crate::view::View;
+
+pub const PANEL: Panel = Panel {
+    id: "playback",
+    title: "Playback",
+    template: include_str!("playback.html"),
+    script: Some(include_str!("../player.js")),
+    content,
+};
+
+/// Episodes shown of each cell.
+const EPISODES: usize = 2;
+
+#[derive(Serialize)]
+struct Stage<'a> {
+    name: &'a str,
+    dt_s: f64,
+    safety_m: f64,
+    agents: Vec<Agent<'a>>,
+    /// The agent that each slot belongs to, and the one it is about.
+    slots: Vec<(usize, usize)>,
+    terms: Vec<&'a str>,
+    /// Arenas: x from, to, y from, to.
+    arenas: Vec<[f64; 4]>,
+    /// What the picture must show, in the same order.
+    frame: [f64; 4],
+}
+
+#[derive(Serialize)]
+struct Agent<'a> {
+    group: &'a str,
+    learned: bool,
+    /// Distance of the axle behind the hand point, m; `None` for bodies without a heading.
+    hand_m: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Actor<'a> {
+    label: &'a str,
+    style: &'a str,
+}
+
+fn content(view: &View) -> Option<Content> {
+    let plan = view.input.plan;
+    let mut pool = Pool::default();
+    let mut tracks = Vec::new();
+    let mut complete = true;
+    for (episode, (method, seed), protocol) in order(view) {
+        let Some((trajectory, world)) = trajectory(view, protocol, method, seed, episode) else { continue };
+        if !pool.has_room() {
+            complete = false;
+            break;
+        }
+        if let Some(track) = pool.track(world, trajectory) {
+            tracks.push(Track { protocol, method, seed, episode, ..track });
+        }
+    }
+    let first = tracks.first()?;
+    let (still_of, world) = trajectory(view, first.protocol, first.method, first.seed, first.episode)?;
+    let stages: Vec<_> =
+        plan.protocols.iter().map(|protocol| stage(view, &protocol.name, view.world(protocol))).collect();
+    let frame = stages.get(first.protocol)?.frame;
+    let caption = format!(
+        "{}, seed {}, first held-out episode of “{}”",
+        view.methods.get(first.method)?.label,
+        first.seed,
+        plan.protocols.get(first.protocol)?.name
+    );
+    let context = context! {
+        still => Value::from_safe_string(still(world, still_of, frame, &view.methods.get(first.method)?.style)),
+        caption,
+        episodes => plural(tracks.len(), "episode"),
+        complete,
+    };
+    let methods: Vec<_> =
+        view.methods.iter().map(|method| Actor { label: method.label, style: &method.style }).collect();
+    let data = serde_json::json!({
+        "stages": stages, "methods": methods, "blocks": pool.blocks, "tracks": tracks
+    });
+    Some(Content { context, data: Some(data) })
+}
+
+/// Episode, (method, seed), protocol: what matters most comes first, as the room is limited.
+fn order<'v>(view: &'v View) -> impl Iterator<Item = (usize, (usize, u32), usize)> + 'v {
+    let mut cells: Vec<(u32, usize)> = view
+        .methods
+        .iter()
+        .enumerate()
+        .flat_map(|(method, entry)| entry.records.iter().map(move |record| (record.seed, method)))
+        .collect();
+    cells.sort();
+    let protocols = view.input.plan.protocols.len();
+    (0..EPISODES).flat_map(move |episode| {
+        cells
+            .clone()
+            .into_iter()
+            .flat_map(move |(seed, method)| (0..protocols).map(move |p| (episode, (method, seed), p)))
+    })
+}
+
+fn trajectory<'v>(
+    view: &'v View,
+    protocol: usize,
+    method: usize,
+    seed: u32,
+    episode: usize,
+) -> Option<(&'v Trajectory, &'v World)> {
+    let protocol = view.input.plan.protocols.get(protocol)?;
+    let (_, evaluation) =
+        view.methods.get(method)?.evaluations(&protocol.name).find(|(other, _)| *other == seed)?;
+    Some((evaluation.trajectories.get(episode)?, view.world(protocol)))
+}
+
+fn stage<'v>(view: &'v View, name: &'v str, world: &'v World) -> Stage<'v> {
+    let agents = world.groups.iter().flat_map(|group| {
+        let agent = move |_| Agent {
+            group: &group.name,
+            learned: group.control == Control::Learned,
+            hand_m: hand(&group.body),
+        };
+        (0..group.size).map(agent)
+    });
+    let slots = world.formations.iter().flat_map(|formation| {
+        let size = world.groups.get(formation.group).map_or(0, |group| group.size);
+        (0..size).map(|member| (world.first_of(formation.group) + member, formation.about))
+    });
+    let arenas: Vec<[f64; 4]> = world
+        .groups
+        .iter()
+        .filter_map(|group| group.arena)
+        .map(|area| [area.x_m.0, area.x_m.1, area.y_m.0, area.y_m.1])
+        .collect();
+    Stage {
+        name,
+        dt_s: world.dt_s,
+        safety_m: world.safety_m,
+        agents: agents.collect(),
+        slots: slots.collect(),
+        terms: world.reward.iter().map(|term| term.name.as_str()).collect(),
+        arenas,
+        frame: frame(view, name),
+    }
+}
+
+/// Distance of the hand point ahead of the axle, for bodies that have one.
+fn hand(body: &Extern) -> Option<f64> {
+    match body.settings.get("hand") {
+        Some(Setting::Number(hand_m)) => Some(*hand_m),
+        _ => None,
+    }
+}
+
+/// Where the agents of a protocol were seen, all episodes together, with a margin.
+fn frame(view: &View, protocol: &str) -> [f64; 4] {
+    let seen = view
+        .methods
+        .iter()
+        .flat_map(|method| method.evaluations(protocol))
+        .flat_map(|(_, evaluation)| evaluation.trajectories.iter().take(EPISODES))
+        .flat_map(|trajectory| &trajectory.agents)
+        .filter(|[x, y, _]| x.is_finite() && y.is_finite())
+        .map(|&[x, y, _]| (f64::from(x), f64::from(y)));
+    let [x0, x1, y0, y1] = seen.fold([f64::MAX, f64::MIN, f64::MAX, f64::MIN], |[x0, x1, y0, y1], (x, y)| {
+        [x0.min(x), x1.max(x), y0.min(y), y1.max(y)]
+    });
+    if x0 > x1 {
+        return [-1.0, 1.0, -1.0, 1.0];
+    }
+    let margin = 0.06 * (x1 - x0).max(y1 - y0).max(0.1);
+    [x0 - margin, x1 + margin, y0 - margin, y1 + margin]
+}
+
+/// Trails of the whole episode, the slots and the agents at its end.
+fn still(world: &World, trajectory: &Trajectory, frame: [f64; 4], style: &str) -> String {
+    let [x0, x1, y0, y1] = frame;
+    let scale = 1000.0 / (x1 - x0).max(y1 - y0);
+    let known = |value: f32, or: f64| if value.is_finite() { f64::from(value) } else { or };
+    let place = |x: f32, y: f32| ((known(x, x0) - x0) * scale, (y1 - known(y, y1)) * scale);
+    let agents = world.agents();
+    let learned = world.learned();
+    let slots = trajectory.slots.len() / (trajectory.agents.len() / agents.max(1)).max(1);
+    let mut body = String::new();
+    for agent in 0..agents {
+        let class = if learned.contains(&agent) { style } else { "leader" };
+        let points = trajectory.agents.iter().skip(agent).step_by(agents).map(|&[x, y, _]| place(x, y));
+        let trail: Vec<String> = points.map(|(x, y)| format!("{x:.0},{y:.0}")).collect();
+        let _ = write!(body, r#"<polyline class="trail {class}" points="{}"/>"#, trail.join(" "));
+    }
+    let last_slots = trajectory.slots.len().saturating_sub(slots);
+    for &[x, y] in trajectory.slots.iter().skip(last_slots) {
+        let (x, y) = place(x, y);
+        let _ = write!(body, r#"<circle class="slot" cx="{x:.0}" cy="{y:.0}" r="14"/>"#);
+    }
+    let last_agents = trajectory.agents.len().saturating_sub(agents);
+    for (agent, &[x, y, _]) in trajectory.agents.iter().skip(last_agents).enumerate() {
+        let class = if learned.contains(&agent) { style } else { "leader" };
+        let (x, y) = place(x, y);
+        let _ = write!(body, r#"<circle class="agent {class}" cx="{x:.0}" cy="{y:.0}" r="9"/>"#);
+    }
+    let (width, height) = ((x1 - x0) * scale, (y1 - y0) * scale);
+    format!(
+        r#"<svg class="still" role="img" aria-label="Trails of the agents over one episode" viewBox="0 0 {width:.0} {height:.0}">{body}</svg>"#
+    )
+}

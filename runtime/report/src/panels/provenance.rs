@@ -1,0 +1,84 @@
+//! Where the numbers come from: hashes, versions, machine, settings, the Plan.
+
+use std::collections::BTreeMap;
+
+use minijinja::context;
+use minijinja::value::Serde;
+use mpgx_lang::plan::Setting;
+use serde::Serialize;
+
+use super::{Content, Panel};
+use crate::view::View;
+
+pub const PANEL: Panel = Panel {
+    id: "provenance",
+    title: "Provenance",
+    template: include_str!("provenance.html"),
+    script: None,
+    content,
+};
+
+#[derive(Serialize)]
+struct SettingRow<'a> {
+    name: &'a str,
+    values: Vec<String>,
+    /// Whether the methods differ in it.
+    differs: bool,
+}
+
+fn content(view: &View) -> Option<Content> {
+    let input = view.input;
+    let summary = input.summary;
+    let facts = [
+        ("Scenario", input.source.first().map_or(input.plan.name.as_str(), |(name, _)| name).to_string()),
+        ("Command", input.provenance.command.clone()),
+        ("Meaning hash", summary.meaning_hash.clone()),
+        ("Study hash", summary.study_hash.clone()),
+        ("mpgx", format!("{}, numerics version {}", summary.version, summary.numerics_version)),
+        ("Processor", input.provenance.cpu.clone()),
+        ("Threads", input.provenance.threads.clone()),
+        ("Duration", input.provenance.duration.clone()),
+    ];
+    let facts: Vec<_> = facts.into_iter().filter(|(_, value)| !value.is_empty()).collect();
+    let labels: Vec<_> = view.learners().map(|method| (method.label, method.style.as_str())).collect();
+    let plan = serde_json::to_string_pretty(input.plan).ok()?;
+    let context = context! {
+        facts => Serde(facts),
+        labels => Serde(labels),
+        settings => Serde(settings(view)),
+        plan,
+    };
+    Some(Content { context, data: None })
+}
+
+/// Every setting of every learner, one row a name.
+fn settings<'v>(view: &'v View) -> Vec<SettingRow<'v>> {
+    let learners = &view.input.plan.learners;
+    let mut rows: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    for (k, method) in learners.iter().enumerate() {
+        for (name, setting) in &method.what.settings {
+            let row = rows.entry(name).or_insert_with(|| vec![String::new(); learners.len()]);
+            if let Some(value) = row.get_mut(k) {
+                *value = words(setting);
+            }
+        }
+    }
+    let differs = |values: &[String]| values.iter().any(|value| values.first() != Some(value));
+    rows.into_iter().map(|(name, values)| SettingRow { name, differs: differs(&values), values }).collect()
+}
+
+fn words(setting: &Setting) -> String {
+    let number = |value: f64| {
+        let large = value.abs() >= 1e6 || (value != 0.0 && value.abs() < 1e-3);
+        if large { format!("{value:e}") } else { value.to_string() }
+    };
+    match setting {
+        Setting::Number(value) => number(*value),
+        Setting::Truth(value) => value.to_string(),
+        Setting::Word(word) => word.clone(),
+        Setting::Range(low, high) => format!("{} .. {}", number(*low), number(*high)),
+        Setting::List(values) => {
+            format!("[{}]", values.iter().map(|value| number(*value)).collect::<Vec<_>>().join(", "))
+        }
+    }
+}
