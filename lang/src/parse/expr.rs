@@ -59,9 +59,12 @@ pub(super) fn expr(context: &Context, node: Node) -> Option<ExprAt> {
 
 fn tall(context: &Context, node: Node) -> Option<Tall> {
     let span = context.span(&node);
-    let prefixes =
-        |rule| matches!(rule, Rule::negative | Rule::kw_not | Rule::if_ | Rule::fold | Rule::tally);
-    if node.clone().into_inner().filter(|part| prefixes(part.as_rule())).count() > MAX_DEPTH {
+    // Each of these makes the Pratt parser call itself.
+    let recursive = |part: &Node| {
+        let rule = part.as_rule();
+        matches!(rule, Rule::negative | Rule::kw_not | Rule::if_ | Rule::fold | Rule::tally | Rule::power)
+    };
+    if node.clone().into_inner().filter(recursive).count() > MAX_DEPTH {
         context.problem(scan::too_deep(span));
         return None;
     }
