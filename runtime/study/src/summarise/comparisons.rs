@@ -1,0 +1,92 @@
+//! The first learner against every other method.
+
+use mpgx_lang::plan::Plan;
+
+use super::scores::{Sample, Scores, higher_is_better};
+use super::{CONFIDENCE, ENOUGH_SEEDS, FEWEST_SEEDS, methods};
+use crate::statistics::{
+    bootstrap, bootstrap_two, holm, mean, probability_of_improvement, t_test, welch_test,
+};
+use crate::summary::Comparison;
+
+const COMPARED: [&str; 2] = ["return", "error_m"];
+
+/// Every protocol and metric in turn. `p_holm` and the verdicts allow for all of these at once.
+pub(super) fn compare(plan: &Plan, scores: &Scores) -> Vec<Comparison> {
+    let Some(first) = plan.learners.first() else { return Vec::new() };
+    let mut comparisons = Vec::new();
+    for protocol in &plan.protocols {
+        for metric in COMPARED {
+            for other in methods(plan).filter(|method| method.label != first.label) {
+                let sample = |label| scores.get(&protocol.name, metric, label);
+                if let (Some(a), Some(b)) = (sample(&first.label), sample(&other.label)) {
+                    comparisons.extend(contrast(&protocol.name, metric, a, b));
+                }
+            }
+        }
+    }
+    adjust(&mut comparisons);
+    comparisons
+}
+
+/// a − b, seed by seed; against a controller, each seed minus its one value.
+pub(super) fn differences(a: &Sample, b: &Sample) -> Vec<f64> {
+    let score = |sample: &Sample, seed: u32| {
+        let place = if sample.learned { sample.seeds.iter().position(|other| *other == seed)? } else { 0 };
+        sample.scores.get(place).copied()
+    };
+    let seeds = if a.learned { &a.seeds } else { &b.seeds };
+    seeds.iter().filter_map(|seed| Some(score(a, *seed)? - score(b, *seed)?)).collect()
+}
+
+/// One comparison; its verdict speaks of the number of seeds only. `None` if no seed is common to both.
+fn contrast(protocol: &str, metric: &str, a: &Sample, b: &Sample) -> Option<Comparison> {
+    let differences = differences(a, b);
+    let difference = mean(&differences);
+    let improvement = |x: &[f64], y: &[f64]| {
+        if higher_is_better(metric) {
+            probability_of_improvement(x, y)
+        } else {
+            probability_of_improvement(y, x)
+        }
+    };
+    let judged = differences.len() >= FEWEST_SEEDS;
+    let interval = judged.then(|| bootstrap(&differences, CONFIDENCE, mean)).flatten();
+    let chance = judged.then(|| bootstrap_two(&a.scores, &b.scores, CONFIDENCE, improvement)).flatten();
+    let test = if b.learned { welch_test(&a.scores, &b.scores) } else { t_test(&differences, 0.0) };
+    let verdict = match differences.len() {
+        0..FEWEST_SEEDS => "too few seeds",
+        FEWEST_SEEDS..ENOUGH_SEEDS => "exploratory",
+        _ => "no difference shown",
+    };
+    difference.is_finite().then(|| Comparison {
+        protocol: protocol.to_string(),
+        metric: metric.to_string(),
+        a: a.method.clone(),
+        b: b.method.clone(),
+        difference,
+        lo: interval.map(|interval| interval.lo),
+        hi: interval.map(|interval| interval.hi),
+        probability_of_improvement: improvement(&a.scores, &b.scores),
+        probability_lo: chance.map(|interval| interval.lo),
+        probability_hi: chance.map(|interval| interval.hi),
+        p: test.filter(|_| judged).map(|test| test.p),
+        p_holm: None,
+        verdict: verdict.to_string(),
+    })
+}
+
+/// Holm's adjustment over all comparisons, and the words better and worse where they are earned.
+fn adjust(comparisons: &mut [Comparison]) {
+    let tested: Vec<f64> = comparisons.iter().filter_map(|comparison| comparison.p).collect();
+    let mut adjusted = holm(&tested).into_iter();
+    for comparison in comparisons {
+        comparison.p_holm = comparison.p.and_then(|_| adjusted.next());
+        let sure = comparison.p_holm.is_some_and(|p| p < 1.0 - CONFIDENCE);
+        let (Some(lo), Some(hi)) = (comparison.lo, comparison.hi) else { continue };
+        if comparison.verdict == "no difference shown" && sure && (lo > 0.0 || hi < 0.0) {
+            let better = (lo > 0.0) == higher_is_better(&comparison.metric);
+            comparison.verdict = if better { "better" } else { "worse" }.to_string();
+        }
+    }
+}
