@@ -125,7 +125,7 @@ fn training(
     let updates = cells.iter().filter_map(|(record, _)| Some(record.training.as_ref()?.updates)).sum::<u64>();
     let seconds_per_seed: Vec<f64> = cells.iter().map(|(_, seconds)| *seconds).collect();
     let updates_per_s_per_core = updates as f64 / seconds_per_seed.iter().sum::<f64>();
-    updates_per_s_per_core
-        .is_finite()
-        .then(|| (learner.label.clone(), TrainingSummary { updates, updates_per_s_per_core, seconds_per_seed }))
+    updates_per_s_per_core.is_finite().then(|| {
+        (learner.label.clone(), TrainingSummary { updates, updates_per_s_per_core, seconds_per_seed })
+    })
 }
