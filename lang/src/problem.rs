@@ -125,14 +125,21 @@ pub enum Style {
     Coloured,
 }
 
+/// Problems that [`render`] shows; the rest are counted.
+const SHOWN: usize = 100;
+
 /// Every problem with the lines of the source it is about, in the manner of rustc.
 pub fn render(problems: &Problems, sources: &Sources, style: Style) -> String {
     let renderer = match style {
         Style::Plain => Renderer::plain(),
         Style::Coloured => Renderer::styled(),
     };
-    let each = problems.iter().map(|problem| renderer.render(&[report(problem, sources)]) + "\n");
-    each.collect::<Vec<_>>().join("\n")
+    let each = problems.iter().take(SHOWN).map(|problem| renderer.render(&[report(problem, sources)]) + "\n");
+    let mut texts: Vec<String> = each.collect();
+    if problems.all.len() > SHOWN {
+        texts.push(format!("… and {} more\n", problems.all.len() - SHOWN));
+    }
+    texts.join("\n")
 }
 
 fn report<'a>(problem: &'a Problem, sources: &'a Sources) -> Group<'a> {

@@ -198,14 +198,6 @@ fn number_end(bytes: &[u8], start: usize) -> usize {
     end
 }
 
-/// What is open at a token. Bars and `if`s count towards the depth, brackets also hold an item together.
-#[derive(Clone, Copy, PartialEq)]
-enum Opened {
-    Bracket(usize),
-    Bar,
-    If,
-}
-
 /// Cuts the tokens into items and tells of brackets without a partner.
 pub(crate) fn pieces(text: &str, tokens: &[Token], file: usize, problems: &mut Problems) -> Vec<Piece> {
     let at = |index: usize| tokens.get(index).map_or("", |token| &text[token.start..token.end]);
@@ -215,92 +207,150 @@ pub(crate) fn pieces(text: &str, tokens: &[Token], file: usize, problems: &mut P
     };
     let balanced = balanced(text, tokens);
     let mut pieces: Vec<Piece> = Vec::new();
-    let mut open: Vec<Opened> = Vec::new();
-    let (mut only_docs, mut operand_before) = (false, false);
+    let mut nesting = Nesting::default();
+    let mut only_docs = false;
     for (index, token) in tokens.iter().enumerate() {
-        let inside = outermost(&open);
         let column_0 = token.start == 0 || text.as_bytes().get(token.start - 1) == Some(&b'\n');
         let continued = !column_0 && index > 0 && wants_more(tokens[index - 1].kind, at(index - 1));
         let item_word = token.kind == Kind::Word && ITEM_WORDS.contains(&at(index)) && at(index + 1) != ".";
         let word = column_0 && token.kind == Kind::Word && !CONNECTIVES.contains(&at(index));
+        let inside = nesting.brackets.first().copied();
         let begins = match inside {
             None => token.kind == Kind::Doc || (item_word && !continued) || word,
             Some(_) => !balanced && column_0 && item_word,
         };
         if pieces.is_empty() || (begins && token.first && !only_docs) {
             if let (Some(bracket), Some(piece)) = (inside, pieces.last_mut()) {
-                piece.broken = true;
-                problems
-                    .push(unclosed(at(bracket), span(bracket)).with(span(index), "a new item begins here"));
+                let problem =
+                    unclosed(at(bracket), span(bracket)).with(span(index), "a new item begins here");
+                piece.tell(problem, problems);
             }
-            open.clear();
+            nesting = Nesting::default();
             pieces.push(Piece { tokens: index..index, broken: false });
             only_docs = true;
         }
         only_docs &= token.kind == Kind::Doc;
         let Some(piece) = pieces.last_mut() else { continue };
         piece.tokens.end = index + 1;
-
-        let mut operand = ends_operand(token.kind, at(index));
-        match (token.kind, at(index)) {
-            (Kind::Doc, _) if !token.first && !piece.broken => {
-                piece.broken = true;
-                problems.push(
-                    Problem::error(&MISPLACED_DOC_COMMENT, "a `///` comment stands after what it describes")
-                        .at(span(index), "this describes what comes next")
-                        .help("move it to a line of its own, before; or write `//` for a plain remark"),
-                );
-            }
-            (Kind::Open, _) => open.push(Opened::Bracket(index)),
-            (Kind::Word, "if") if !operand_before => open.push(Opened::If),
-            (Kind::Word, "else") if open.last() == Some(&Opened::If) => {
-                open.pop();
-            }
-            (Kind::Symbol, "|") if open.last() == Some(&Opened::Bar) && operand_before => {
-                open.pop();
-            }
-            (Kind::Symbol, "|") => {
-                open.push(Opened::Bar);
-                operand = false;
-            }
-            (Kind::Close, closing) => loop {
-                match open.pop() {
-                    Some(Opened::Bar | Opened::If) => continue,
-                    Some(Opened::Bracket(opening)) if partner(at(opening)) == closing => break,
-                    Some(Opened::Bracket(opening)) => {
-                        piece.broken = true;
-                        problems.push(unclosed(at(opening), span(opening)).with(
-                            span(index),
-                            format!("this `{closing}` comes before its `{}`", partner(at(opening))),
-                        ));
-                        if !open.iter().any(|opened| opens(*opened, closing, &at)) {
-                            break;
-                        }
-                    }
-                    None => {
-                        piece.broken = true;
-                        problems.push(
-                            Problem::error(&UNBALANCED_BRACKETS, format!("this `{closing}` closes nothing"))
-                                .at(span(index), "nothing is open here")
-                                .help("delete it, or look above for the bracket that is missing"),
-                        );
-                        break;
-                    }
-                }
-            },
-            _ => {}
+        if token.kind == Kind::Doc && !token.first {
+            let problem =
+                Problem::error(&MISPLACED_DOC_COMMENT, "a `///` comment stands after what it describes")
+                    .at(span(index), "this describes what comes next")
+                    .help("move it to a line of its own, before; or write `//` for a plain remark");
+            piece.tell(problem, problems);
         }
-        operand_before = operand;
-        if open.len() > MAX_DEPTH && !piece.broken {
-            piece.broken = true;
-            problems.push(too_deep(span(index)));
+        match nesting.follow(index, token.kind, at) {
+            None => {}
+            Some(Fault::TooDeep) => piece.tell(too_deep(span(index)), problems),
+            Some(Fault::Unclosed(opening)) => {
+                let text = format!("this `{}` comes before its `{}`", at(index), partner(at(opening)));
+                piece.tell(unclosed(at(opening), span(opening)).with(span(index), text), problems);
+            }
+            Some(Fault::Unopened) => {
+                let problem =
+                    Problem::error(&UNBALANCED_BRACKETS, format!("this `{}` closes nothing", at(index)))
+                        .at(span(index), "nothing is open here")
+                        .help("delete it, or look above for the bracket that is missing");
+                piece.tell(problem, problems);
+            }
         }
     }
-    if let (Some(bracket), Some(piece)) = (outermost(&open), pieces.last_mut()) {
-        piece.broken = true;
-        problems.push(unclosed(at(bracket), span(bracket)));
+    if let (Some(&bracket), Some(piece)) = (nesting.brackets.first(), pieces.last_mut()) {
+        piece.tell(unclosed(at(bracket), span(bracket)), problems);
     }
     pieces
+}
+
+impl Piece {
+    /// One problem of this kind is enough for an item.
+    fn tell(&mut self, problem: Problem, problems: &mut Problems) {
+        if !self.broken {
+            problems.push(problem);
+        }
+        self.broken = true;
+    }
+}
+
+/// What is open at a token of an item.
+#[derive(Default)]
+struct Nesting {
+    open: Vec<Opened>,
+    /// The tokens of the brackets among them.
+    brackets: Vec<usize>,
+    /// How many of them are `(`, `[` and `{`.
+    counts: [usize; 3],
+    /// Whether the last token ends an operand.
+    operand: bool,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Opened {
+    Bracket,
+    Bar,
+    If,
+}
+
+/// What is wrong at a token.
+enum Fault {
+    /// The bracket of that token has another partner, or none.
+    Unclosed(usize),
+    Unopened,
+    TooDeep,
+}
+
+impl Nesting {
+    fn follow<'a>(&mut self, index: usize, kind: Kind, at: impl Fn(usize) -> &'a str) -> Option<Fault> {
+        let before = std::mem::replace(&mut self.operand, ends_operand(kind, at(index)));
+        let last = self.open.last().copied();
+        match (kind, at(index)) {
+            (Kind::Close, closing) => return self.close(closing, at),
+            (Kind::Word, "else") if last == Some(Opened::If) => self.open.truncate(self.open.len() - 1),
+            (Kind::Symbol, "|") if last == Some(Opened::Bar) && before => {
+                self.open.truncate(self.open.len() - 1)
+            }
+            (Kind::Open, bracket) => {
+                self.open.push(Opened::Bracket);
+                self.brackets.push(index);
+                self.counts[shape(bracket)] += 1;
+            }
+            (Kind::Word, "if") if !before => self.open.push(Opened::If),
+            (Kind::Symbol, "|") => {
+                self.open.push(Opened::Bar);
+                self.operand = false;
+            }
+            _ => {}
+        }
+        (self.open.len() > MAX_DEPTH).then_some(Fault::TooDeep)
+    }
+
+    /// Closes what is open up to the partner of a bracket; up to the last bracket if it has none.
+    fn close<'a>(&mut self, closing: &str, at: impl Fn(usize) -> &'a str) -> Option<Fault> {
+        let mut fault = None;
+        while let Some(opened) = self.open.pop() {
+            if opened != Opened::Bracket {
+                continue;
+            }
+            let opening = self.brackets.pop()?;
+            self.counts[shape(at(opening))] -= 1;
+            if partner(at(opening)) == closing {
+                return fault;
+            }
+            fault.get_or_insert(Fault::Unclosed(opening));
+            if self.counts[shape(closing)] == 0 {
+                return fault;
+            }
+        }
+        fault.or(Some(Fault::Unopened))
+    }
+}
+
+/// 0, 1 or 2 for round, square and curly brackets.
+fn shape(bracket: &str) -> usize {
+    match bracket {
+        "(" | ")" => 0,
+        "[" | "]" => 1,
+        _ => 2,
+    }
 }
 
 pub(crate) fn too_deep(span: Span) -> Problem {
@@ -313,17 +363,6 @@ fn unclosed(bracket: &str, span: Span) -> Problem {
     Problem::error(&UNBALANCED_BRACKETS, format!("this `{bracket}` is never closed"))
         .at(span, format!("its `{}` is missing", partner(bracket)))
         .help(format!("add a `{}` where it should end", partner(bracket)))
-}
-
-fn outermost(open: &[Opened]) -> Option<usize> {
-    open.iter().find_map(|opened| match opened {
-        Opened::Bracket(index) => Some(*index),
-        Opened::Bar | Opened::If => None,
-    })
-}
-
-fn opens<'a>(opened: Opened, closing: &str, at: &impl Fn(usize) -> &'a str) -> bool {
-    matches!(opened, Opened::Bracket(index) if partner(at(index)) == closing)
 }
 
 fn balanced(text: &str, tokens: &[Token]) -> bool {
