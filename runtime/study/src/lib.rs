@@ -1,5 +1,33 @@
+//! Studies: the cells of a Plan run side by side, what they leave on disk, and what it tells.
+//!
+//! [`run`] brings every cell of a Plan to its end and writes the summary; called again it goes on where it
+//! stopped. [`load`] reads a study back. All reading and writing goes through [`storage::Storage`].
+
+mod cell;
+mod checkpoint;
+mod error;
+mod evaluation;
+mod folder;
+mod hash;
+mod owner;
+mod places;
+mod progress;
 pub mod record;
+mod run;
+mod sealed;
 pub mod statistics;
 pub mod storage;
 pub mod summarise;
 pub mod summary;
+mod training;
+mod work;
+mod worlds;
+
+pub use cell::{Cell, CellId, Role, cells};
+pub use error::StudyError;
+pub use folder::{Study, load, read_policy};
+pub use hash::study_hash;
+pub use owner::Owner;
+pub use progress::{Progress, Silent};
+pub use run::{Options, Outcome, REPORTING_MASTER, run};
+pub use sealed::{Damage, NUMERICS_VERSION};

@@ -1,0 +1,179 @@
+//! Held-out episodes: the same for every method and every seed, whole horizons, no noise.
+
+use mpgx_lang::plan::Extern;
+use mpgx_learn::Policy;
+use mpgx_sim::{Controller, Episode, EpisodeKey, Fault, Mode, SimError, Task, controller};
+
+use crate::error::{Halt, no_start};
+use crate::record::{Evaluation, Trajectory};
+
+/// Episodes that are stepped side by side, so that the policy sees their states as one batch.
+const SIDE_BY_SIDE: usize = 64;
+
+/// Episodes recorded whole, for playback.
+const RECORDED: u32 = 3;
+
+/// Collisions count as late after this step.
+const SETTLED: usize = 40;
+
+/// What is evaluated.
+pub(crate) enum Driver<'a> {
+    Policy(Policy),
+    Controller(&'a Extern),
+}
+
+/// Runs the episodes of one protocol. `key` tells which; its episode number is that of the first.
+pub(crate) fn evaluate(
+    task: &Task,
+    driver: &mut Driver,
+    key: EpisodeKey,
+    episodes: usize,
+    interrupted: impl Fn() -> bool,
+) -> Result<Evaluation, Halt> {
+    let mut evaluation = Evaluation::default();
+    let mut done = 0;
+    while done < episodes {
+        let count = SIDE_BY_SIDE.min(episodes - done);
+        let mut runs = (done..done + count)
+            .map(|episode| Run::begin(task, EpisodeKey { episode: key.episode + episode as u32, ..key }))
+            .collect::<Result<Vec<Run>, SimError>>()
+            .map_err(no_start)?;
+        let mut pilots = Pilots::new(driver, task, count).map_err(no_start)?;
+        for _ in 0..task.horizon() {
+            if interrupted() {
+                return Err(Halt::Interrupted);
+            }
+            pilots.command(task, &runs);
+            for (run, action) in runs.iter_mut().zip(pilots.actions.chunks_exact(task.action_len())) {
+                run.step(task, action)?;
+            }
+        }
+        runs.into_iter().for_each(|run| run.finish(task, &mut evaluation));
+        done += count;
+    }
+    Ok(evaluation)
+}
+
+/// Who commands the episodes that run side by side.
+struct Pilots<'a> {
+    kind: Kind<'a>,
+    states: Vec<f32>,
+    actions: Vec<f32>,
+}
+
+enum Kind<'a> {
+    Policy(&'a mut Policy),
+    /// One an episode.
+    Controllers(Vec<Box<dyn Controller>>),
+}
+
+impl<'a> Pilots<'a> {
+    fn new(driver: &'a mut Driver, task: &Task, count: usize) -> Result<Pilots<'a>, SimError> {
+        let kind = match driver {
+            Driver::Policy(policy) => Kind::Policy(policy),
+            Driver::Controller(what) => {
+                Kind::Controllers((0..count).map(|_| controller(what, task)).collect::<Result<_, _>>()?)
+            }
+        };
+        let (states, actions) = (vec![0.0; count * task.state_len()], vec![0.0; count * task.action_len()]);
+        Ok(Pilots { kind, states, actions })
+    }
+
+    fn command(&mut self, task: &Task, runs: &[Run]) {
+        match &mut self.kind {
+            Kind::Policy(policy) => {
+                for (run, state) in runs.iter().zip(self.states.chunks_exact_mut(task.state_len())) {
+                    task.observe(&run.episode, state);
+                }
+                policy.act(&self.states, runs.len(), &mut self.actions);
+            }
+            Kind::Controllers(controllers) => {
+                let actions = self.actions.chunks_exact_mut(task.action_len());
+                for ((run, controller), action) in runs.iter().zip(controllers).zip(actions) {
+                    controller.command(task, &run.episode, action);
+                }
+            }
+        }
+    }
+}
+
+/// One held-out episode and what is measured of it.
+struct Run {
+    episode: Episode,
+    total: f64,
+    terms: Vec<f64>,
+    /// Sum of the distances over the second half.
+    error_m: f64,
+    collision_steps: u32,
+    late_collision_steps: u32,
+    outside_steps: u32,
+    trajectory: Option<Trajectory>,
+}
+
+impl Run {
+    fn begin(task: &Task, key: EpisodeKey) -> Result<Run, SimError> {
+        let mut episode = task.episode();
+        task.reset(&mut episode, key)?;
+        let mut run = Run {
+            episode,
+            total: 0.0,
+            terms: vec![0.0; task.term_count()],
+            error_m: 0.0,
+            collision_steps: 0,
+            late_collision_steps: 0,
+            outside_steps: 0,
+            trajectory: (key.episode < RECORDED).then(Trajectory::default),
+        };
+        run.record_frame(task);
+        Ok(run)
+    }
+
+    fn step(&mut self, task: &Task, action: &[f32]) -> Result<(), Fault> {
+        let step = task.step(&mut self.episode, action, Mode::Evaluate);
+        if let Some(fault) = step.fault {
+            return Err(*fault);
+        }
+        let now = self.episode.time_steps();
+        self.total += step.reward;
+        for (sum, term) in self.terms.iter_mut().zip(self.episode.terms()) {
+            *sum += term;
+        }
+        if 2 * now > task.horizon() {
+            self.error_m += step.error_m;
+        }
+        let collided = u32::from(step.collisions > 0);
+        self.collision_steps += collided;
+        self.late_collision_steps += if now > SETTLED { collided } else { 0 };
+        self.outside_steps += u32::from(step.outside);
+        self.record_frame(task);
+        if let Some(trajectory) = &mut self.trajectory {
+            trajectory.terms.extend(self.episode.terms().iter().map(|term| *term as f32));
+            trajectory.error_m.push(step.error_m as f32);
+            trajectory.actions.extend_from_slice(action);
+            trajectory.collisions.push(step.collisions);
+        }
+        Ok(())
+    }
+
+    fn record_frame(&mut self, task: &Task) {
+        let Some(trajectory) = &mut self.trajectory else { return };
+        let episode = &self.episode;
+        let pose = |agent| {
+            let [x, y] = episode.position(agent);
+            [x as f32, y as f32, episode.heading(agent) as f32]
+        };
+        trajectory.agents.extend((0..task.agents()).map(pose));
+        trajectory.slots.extend(episode.slots().iter().map(|slot| slot.map(|x| x as f32)));
+    }
+
+    fn finish(self, task: &Task, evaluation: &mut Evaluation) {
+        let second_half = task.horizon() - task.horizon() / 2;
+        evaluation.returns.push(self.total);
+        evaluation.error_m.push(self.error_m / second_half as f64);
+        evaluation.terms.push(self.terms);
+        evaluation.collision_steps.push(self.collision_steps);
+        evaluation.late_collision_steps.push(self.late_collision_steps);
+        evaluation.outside_steps.push(self.outside_steps);
+        evaluation.trajectories.extend(self.trajectory);
+    }
+}

@@ -1,0 +1,52 @@
+//! The two hashes of a study: what it is of, and what came out.
+
+use std::collections::BTreeMap;
+
+use mpgx_lang::plan::Plan;
+
+use crate::cell::CellId;
+use crate::error::StudyError;
+use crate::record::CellRecord;
+use crate::sealed::NUMERICS_VERSION;
+use crate::summary::Summary;
+
+/// What decides every cell: the Plan without the number of seeds, the master seed and the numerics version.
+/// Two runs with the same identity may share a folder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Identity(pub blake3::Hash);
+
+impl Identity {
+    pub fn of(plan: &Plan, master: u64) -> Identity {
+        let meaning = crate::places::meaning_hash(&Plan { seeds: 0, ..plan.clone() });
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(meaning.as_bytes());
+        hasher.update(&master.to_le_bytes());
+        hasher.update(&NUMERICS_VERSION.to_le_bytes());
+        Identity(hasher.finalize())
+    }
+}
+
+/// The hash of all that must be the same on every machine and for every schedule: the Plan's meaning, the
+/// records in order, the statistics. Times, versions and places in the source are no part of it.
+pub fn study_hash(
+    plan: &Plan,
+    records: &BTreeMap<CellId, CellRecord>,
+    statistics: &Summary,
+) -> Result<String, StudyError> {
+    let mut hasher = blake3::Hasher::new();
+    let mut add = |bytes: &[u8]| {
+        hasher.update(&(bytes.len() as u64).to_le_bytes());
+        hasher.update(bytes);
+    };
+    let unwritable =
+        |why: postcard::Error| StudyError::Unwritable { what: "the study's hash", cause: why.to_string() };
+    add(&NUMERICS_VERSION.to_le_bytes());
+    add(crate::places::meaning_hash(plan).as_bytes());
+    for (id, record) in records {
+        add(id.as_bytes());
+        add(&postcard::to_stdvec(record).map_err(unwritable)?);
+    }
+    let Summary { seeds, failures, protocols, comparisons, expect, .. } = statistics;
+    add(&postcard::to_stdvec(&(seeds, failures, protocols, comparisons, expect)).map_err(unwritable)?);
+    Ok(hasher.finalize().to_hex().to_string())
+}

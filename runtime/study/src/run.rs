@@ -1,0 +1,135 @@
+//! Running a study: its cells side by side, each finished one written at once, all of it taken up again
+//! where an earlier run stopped.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use mpgx_lang::plan::Plan;
+
+use crate::cell::{Cell, cells};
+use crate::error::StudyError;
+use crate::folder::{self, Study};
+use crate::hash::{Identity, study_hash};
+use crate::owner::{self, Owner};
+use crate::places;
+use crate::progress::Progress;
+use crate::sealed::NUMERICS_VERSION;
+use crate::storage::Storage;
+use crate::summarise::summarise;
+use crate::summary::Summary;
+use crate::work::Work;
+use crate::worlds::Worlds;
+
+/// The master seed of every study that is reported. Who tunes a preset must use another one, so that tuning
+/// and reporting never meet the same episodes.
+pub const REPORTING_MASTER: u64 = 0;
+
+/// How to run; nothing here changes a record, except `master`.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Cells that run side by side.
+    pub threads: usize,
+    pub master: u64,
+    /// When this turns true, every cell writes a checkpoint and the run ends.
+    pub interrupt: Arc<AtomicBool>,
+    /// Steps of training between two checkpoints.
+    pub checkpoint_steps: u64,
+    pub owner: Owner,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options {
+            threads: std::thread::available_parallelism().map_or(1, usize::from),
+            master: REPORTING_MASTER,
+            interrupt: Arc::default(),
+            checkpoint_steps: 4000,
+            owner: Owner::this_process(),
+        }
+    }
+}
+
+/// How a run ended.
+#[derive(Clone, Debug)]
+pub enum Outcome {
+    /// All cells are finished, failed ones among them.
+    Finished(Box<Study>),
+    /// The same call goes on.
+    Interrupted { finished: usize, cells: usize },
+}
+
+/// Trains and evaluates every cell of a Plan that is not finished in this storage, and writes the summary.
+///
+/// `source` holds name and text of the scenario's files. The result depends on the Plan and the master seed
+/// alone: not on the number of threads, the schedule, interruptions or what earlier runs left.
+///
+/// # Errors
+/// If the Plan cannot run, if the folder belongs to another Plan or is in use, or if the storage fails. What
+/// is finished stays finished.
+pub fn run(
+    plan: &Plan,
+    source: &[(String, String)],
+    storage: &dyn Storage,
+    options: &Options,
+    progress: &dyn Progress,
+) -> Result<Outcome, StudyError> {
+    run_in_order(plan, source, storage, options, progress, |_| {})
+}
+
+pub(crate) fn run_in_order(
+    plan: &Plan,
+    source: &[(String, String)],
+    storage: &dyn Storage,
+    options: &Options,
+    progress: &dyn Progress,
+    arrange: impl FnOnce(&mut Vec<Cell>),
+) -> Result<Outcome, StudyError> {
+    let (plan, source) = places::without_folder(plan, source);
+    let study = Identity::of(&plan, options.master);
+    Worlds::new(&plan)?;
+    storage.create_folder("")?;
+    let _lock = owner::acquire(storage, &options.owner)?;
+    let plan = folder::freeze(storage, &plan, &source, &study, options.master)?;
+    let mut todo = cells(&plan)?;
+    let all = todo.len();
+    arrange(&mut todo);
+    let stop = AtomicBool::new(false);
+    let work = Work { plan: &plan, worlds: Worlds::new(&plan)?, study, storage, options, progress, stop };
+    let finished = all_cells(&work, &todo, options.threads)?;
+    if finished < all {
+        return Ok(Outcome::Interrupted { finished, cells: all });
+    }
+    let mut study = folder::load(storage)?;
+    let summary = summarise(&study.plan, &study.records, &study.timings);
+    let summary = Summary {
+        version: env!("CARGO_PKG_VERSION").to_string(),
+        numerics_version: NUMERICS_VERSION,
+        meaning_hash: crate::places::meaning_hash(&study.plan),
+        study_hash: study_hash(&study.plan, &study.records, &summary)?,
+        ..summary
+    };
+    folder::write_summary(storage, &summary)?;
+    study.summary = Some(summary);
+    Ok(Outcome::Finished(Box::new(study)))
+}
+
+/// Runs the cells in this order on all threads; gives how many are finished.
+fn all_cells(work: &Work, cells: &[Cell], threads: usize) -> Result<usize, StudyError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build();
+    let pool = pool.map_err(|why| StudyError::Threads { threads, cause: why.to_string() })?;
+    let results = Mutex::new(Vec::new());
+    pool.scope_fifo(|scope| {
+        for cell in cells {
+            scope.spawn_fifo(|_| {
+                let result = work.cell(cell);
+                if result.is_err() {
+                    work.stop.store(true, Ordering::Relaxed);
+                }
+                results.lock().unwrap_or_else(PoisonError::into_inner).push(result);
+            });
+        }
+    });
+    let results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let finished = results.into_iter().collect::<Result<Vec<bool>, StudyError>>()?;
+    Ok(finished.into_iter().filter(|finished| *finished).count())
+}
