@@ -44,3 +44,18 @@ fn significant(value: f64) -> String {
     let text = format!("{value:.*}", (3 - exponent).max(0) as usize);
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_four_digits_and_a_unit() {
+        let of_return = [0.0, -1.5, 0.123456, 999.96, 123456.0, 1234567.0, 0.00001].map(significant);
+        assert_eq!(of_return, ["0", "-1.5", "0.1235", "1000", "123456", "1.235e6", "1.000e-5"]);
+        assert_eq!(quantity(0.12, "error_m"), "0.12 m");
+        assert_eq!(quantity(0.025, "outside_episodes"), "2.5 %");
+        assert_eq!(quantity(1.08, "error_over_oracle"), "1.08 times the oracle's");
+        assert_eq!(name("reward/gap"), "reward term gap");
+    }
+}
