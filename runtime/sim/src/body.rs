@@ -137,3 +137,145 @@ impl Unicycle {
 fn turned(a: Vec2, sin: f64, cos: f64) -> Vec2 {
     [a[0] * cos - a[1] * sin, a[0] * sin + a[1] * cos]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::maths::{distance, norm, rotate};
+    use mpgx_lang::plan::Setting;
+    use proptest::prelude::*;
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    const DT: f64 = 0.1;
+
+    fn unicycle(hand_m: f64, drive: f64, turn: f64, rate: f64) -> Body {
+        let settings = [
+            ("hand", Setting::Number(hand_m)),
+            ("drive", Setting::Range(-drive, drive)),
+            ("turn", Setting::Range(-turn, turn)),
+            ("rate", Setting::Number(rate)),
+        ];
+        let settings = settings.map(|(name, value)| (name.to_string(), value)).into();
+        Body::new(&Extern { name: "unicycle".into(), settings }, DT, &Place::default()).unwrap()
+    }
+
+    fn pose(x: f64, y: f64, heading: f64) -> Pose {
+        Pose { position: [x, y], heading }
+    }
+
+    fn assert_near(found: Pose, expected: Pose) {
+        let near = distance(found.position, expected.position) < 1e-12
+            && (found.heading - expected.heading).abs() < 1e-12;
+        assert!(near, "{found:?} is not {expected:?}");
+    }
+
+    fn axle(pose: Pose, hand_m: f64) -> Vec2 {
+        subtract(pose.position, rotate([hand_m, 0.0], pose.heading))
+    }
+
+    #[test]
+    fn a_point_moves_as_commanded() {
+        assert_eq!(Body::Point.moved(pose(1.0, 2.0, 0.0), [0.5, -0.25], DT), pose(1.05, 1.975, 0.0));
+    }
+
+    /// Axle at the origin, hand 0.15 m ahead, command (0.5, 0.15) m/s: v = 0.5 m/s, ω = 0.15 / 0.15 = 1 rad/s.
+    /// The arc has the radius 0.5 m and turns by 0.1 rad.
+    #[test]
+    fn a_unicycle_follows_an_arc() {
+        let (sin, cos) = (0.099_833_416_646_828_15, 0.995_004_165_278_025_8);
+        let expected = pose(0.5 * sin + 0.15 * cos, 0.5 * (1.0 - cos) + 0.15 * sin, 0.1);
+        let body = unicycle(0.15, 1.0, 5.0, 10.0);
+        assert_near(body.moved(pose(0.15, 0.0, 0.0), [0.5, 0.15], DT), expected);
+    }
+
+    #[test]
+    fn a_unicycle_runs_straight_along_its_heading() {
+        let body = unicycle(0.15, 1.0, 5.0, 100.0);
+        assert_near(body.moved(pose(0.0, 0.0, FRAC_PI_2), [0.0, 0.5], DT), pose(0.0, 0.05, FRAC_PI_2));
+        assert_near(body.moved(pose(0.0, 0.0, FRAC_PI_2), [0.0, -0.5], DT), pose(0.0, -0.05, FRAC_PI_2));
+    }
+
+    /// A command of (1, 1) m/s would need v = 1 m/s and ω = 6.7 rad/s; it gets 0.2 m/s and 1 rad/s.
+    #[test]
+    fn limits_cut_the_command() {
+        let (sin, cos) = (0.1f64.sin(), 0.1f64.cos());
+        let expected = pose(0.2 * sin + 0.15 * cos, 0.2 * (1.0 - cos) + 0.15 * sin, 0.1);
+        assert_near(unicycle(0.15, 0.2, 1.0, 10.0).moved(pose(0.15, 0.0, 0.0), [1.0, 1.0], DT), expected);
+    }
+
+    #[test]
+    fn the_inner_loop_has_at_least_one_step_and_an_upper_limit() {
+        for (rate, steps) in [(1.0, 1), (14.0, 1), (16.0, 2), (100.0, 10)] {
+            let Body::Unicycle(body) = unicycle(0.1, 1.0, 1.0, rate) else { panic!("a point") };
+            assert_eq!((body.inner, body.inner_s), (steps, DT / steps as f64), "rate {rate}");
+        }
+        let mut what = Extern { name: "unicycle".into(), settings: Default::default() };
+        what.settings.insert("rate".into(), Setting::Number(1e9));
+        let refused = Body::new(&what, DT, &Place::default());
+        assert!(matches!(refused, Err(SimError::OutOfRange { value: 1e8, .. })), "{refused:?}");
+    }
+
+    prop_compose! {
+        fn any_pose()(x in -2.0..2.0, y in -2.0..2.0, heading in -PI..PI) -> Pose { pose(x, y, heading) }
+    }
+
+    prop_compose! {
+        fn any_command()(x in -0.7..0.7, y in -0.7..0.7) -> Vec2 { [x, y] }
+    }
+
+    proptest! {
+        /// The arcs against the differential equation ẋ = v cos θ, ẏ = v sin θ, θ̇ = ω of the axle,
+        /// integrated by Simpson's rule.
+        #[test]
+        fn arcs_solve_the_equations_of_motion(
+            start in any_pose(), a in any_command(), hand in 0.05..0.5, drive in 0.1..2.0, turn in 0.1..8.0,
+        ) {
+            let body = unicycle(hand, drive, turn, 40.0);
+            let mut end = start;
+            for _ in 0..4 {
+                let (tau, theta) = (DT / 4.0, end.heading);
+                let v = (theta.cos() * a[0] + theta.sin() * a[1]).clamp(-drive, drive);
+                let omega = ((-theta.sin() * a[0] + theta.cos() * a[1]) / hand).clamp(-turn, turn);
+                let rate = |t: f64| [v * (theta + omega * t).cos(), v * (theta + omega * t).sin()];
+                let mut place = axle(end, hand);
+                let pieces = 20;
+                let h = tau / f64::from(pieces);
+                for k in 0..pieces {
+                    let t = f64::from(k) * h;
+                    let (r0, r1, r2) = (rate(t), rate(t + h / 2.0), rate(t + h));
+                    for k in 0..2 {
+                        place[k] += h / 6.0 * (r0[k] + 4.0 * r1[k] + r2[k]);
+                    }
+                }
+                let heading = theta + omega * tau;
+                end = Pose { position: add(place, rotate([hand, 0.0], heading)), heading };
+            }
+            let found = body.moved(start, a, DT);
+            prop_assert!(distance(found.position, end.position) < 1e-11, "{found:?} is not {end:?}");
+            prop_assert!(wrap(found.heading - end.heading).abs() < 1e-11);
+        }
+
+        /// While an inner step of length τ lasts, the hand point moves with the commanded velocity a turned by
+        /// at most |ω| τ, and |ω| ≤ |a| / hand; so it misses a dt by at most |a|² τ dt / (2 hand).
+        #[test]
+        fn the_hand_point_moves_as_commanded(
+            start in any_pose(), a in any_command(), hand in 0.05..0.5, rate in 10.0..2000.0,
+        ) {
+            let body = unicycle(hand, 10.0, 100.0, rate);
+            let Body::Unicycle(Unicycle { inner_s, .. }) = body else { panic!("a point") };
+            let miss = distance(body.moved(start, a, DT).position, add(start.position, scale(a, DT)));
+            let bound = norm(a).powi(2) * inner_s * DT / (2.0 * hand);
+            prop_assert!(miss <= bound + 1e-14, "{miss} m, bound {bound} m");
+        }
+
+        #[test]
+        fn the_axle_honours_its_limits(
+            start in any_pose(), a in any_command(), hand in 0.05..0.5, drive in 0.0..1.0, turn in 0.0..3.0,
+        ) {
+            let end = unicycle(hand, drive, turn, 100.0).moved(start, a, DT);
+            prop_assert!(distance(axle(start, hand), axle(end, hand)) <= drive * DT + 1e-12);
+            prop_assert!(wrap(end.heading - start.heading).abs() <= turn * DT + 1e-12);
+            prop_assert!(end.heading > -PI && end.heading <= PI);
+        }
+    }
+}

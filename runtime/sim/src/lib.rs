@@ -9,6 +9,8 @@ mod episode;
 mod error;
 mod maths;
 mod program;
+#[cfg(test)]
+mod sample;
 mod script;
 mod settings;
 mod step;

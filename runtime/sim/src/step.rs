@@ -269,3 +269,6 @@ impl Task {
         episode.step as f64 * self.dt_s
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,6 +4,8 @@
 //! Names are resolved, constants folded, functions bound; index sets stay loops. Evaluation allocates nothing.
 
 mod compile;
+#[cfg(test)]
+mod naive;
 
 pub(crate) use compile::{Compiler, Layout, Scope};
 
