@@ -1,1 +1,90 @@
-fn main() {}
+//! `mpgx`: one file a verb in `verbs/`. A verb gives an exit code or a failure with a remedy.
+
+mod failure;
+mod progress;
+mod provenance;
+mod scenario;
+mod table;
+mod verbs;
+
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, Subcommand};
+use clap_complete::Shell;
+
+use failure::{Exit, Failure};
+
+/// Scenarios for leader-follower and formation control by deep reinforcement learning.
+#[derive(Parser)]
+#[command(version, propagate_version = true, max_term_width = 100, after_help = "\
+Example: mpgx run square_unison.scn
+
+Exit codes: 0 done; 1 a claim or a seed failed; 2 the scenario or the command line is wrong;
+70 internal; 74 cannot read or write; 75 interrupted, run again to resume")]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    /// Compile, train all cells, evaluate and write the report; run again to resume or to add seeds
+    Run(verbs::run::Args),
+    /// Tell all problems of scenarios at once
+    Check(verbs::check::Args),
+    /// Print what the compiler makes of a scenario
+    Compile(verbs::compile::Args),
+    /// The story of an error code, or what a scenario means with all its defaults
+    Explain(verbs::explain::Args),
+    /// Compare compiled rewards with the golden files beside the scenarios
+    Test(verbs::test::Args),
+    /// The hash of a scenario's meaning; comments and layout do not change it
+    Hash(verbs::hash::Args),
+    /// What can be run or read
+    List(verbs::list::Args),
+    /// Write the report of finished studies again, from their records alone
+    Report(verbs::report::Args),
+    /// Print completions for a shell
+    Completions { shell: Shell },
+}
+
+fn main() -> ExitCode {
+    tracing_subscriber::fmt()
+        .with_writer(std::io::stderr)
+        .with_env_filter(tracing_subscriber::EnvFilter::from_env("MPGX_LOG"))
+        .init();
+    match choose_kernels().and_then(|()| run(Cli::parse().verb)) {
+        Ok(exit) => exit.into(),
+        Err(failure) => {
+            let style = anstyle::AnsiColor::Red.on_default().bold();
+            anstream::eprintln!("{style}error{style:#}: {failure}");
+            failure.exit.into()
+        }
+    }
+}
+
+/// `MPGX_SIMD` chooses slower kernels than the processor has; the results keep their bits.
+fn choose_kernels() -> Result<(), Failure> {
+    match std::env::var("MPGX_SIMD") {
+        Ok(name) => mpgx_learn::force_simd(&name)
+            .map_err(|error| Failure::new(Exit::BadInput, error.to_string()).help("MPGX_SIMD is avx512, avx2 or scalar")),
+        Err(_) => Ok(()),
+    }
+}
+
+fn run(verb: Verb) -> Result<Exit, Failure> {
+    match verb {
+        Verb::Run(args) => verbs::run::run(args),
+        Verb::Check(args) => verbs::check::run(args),
+        Verb::Compile(args) => verbs::compile::run(args),
+        Verb::Explain(args) => verbs::explain::run(args),
+        Verb::Test(args) => verbs::test::run(args),
+        Verb::Hash(args) => verbs::hash::run(args),
+        Verb::List(args) => verbs::list::run(args),
+        Verb::Report(args) => verbs::report::run(args),
+        Verb::Completions { shell } => {
+            clap_complete::generate(shell, &mut Cli::command(), "mpgx", &mut std::io::stdout());
+            Ok(Exit::Done)
+        }
+    }
+}

@@ -10,7 +10,7 @@ use minijinja::{Environment, UndefinedBehavior, Value, context};
 use mpgx_lang::plan::Plan;
 use mpgx_study::record::{CellRecord, Timing};
 use mpgx_study::summary::Summary;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 mod band;
 mod notation;
@@ -37,7 +37,7 @@ pub struct Input<'a> {
 }
 
 /// How the study was made, as text for people: all that may differ between two equal studies.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Provenance {
     pub command: String,
     pub cpu: String,

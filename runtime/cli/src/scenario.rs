@@ -1,0 +1,110 @@
+//! Finding and compiling scenarios: a file, or one that is embedded in the binary.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Component, Path, PathBuf};
+
+use mpgx_lang::plan::Plan;
+use mpgx_lang::problem::{Style, render};
+use mpgx_lang::source::Loader;
+use mpgx_lang::{Compilation, Override};
+
+use crate::failure::{Exit, Failure};
+
+/// The scenarios that come with mpgx: name and text.
+pub const EMBEDDED: &[(&str, &str)] = &[
+    ("square_unison", include_str!("../../../scenarios/square_unison.scn")),
+    ("track_random", include_str!("../../../scenarios/track_random.scn")),
+];
+
+/// A source file may not be larger than this.
+const MAX_BYTES: u64 = 1 << 20;
+
+/// Compiles the file `name`, or the embedded scenario of that name. Warnings and errors are in the result.
+pub fn compile(name: &str, overrides: &[Override]) -> Result<Compilation, Failure> {
+    let path = Path::new(name);
+    if path.is_file() {
+        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        return Ok(mpgx_lang::compile(name, read(path)?, overrides, &Folder(folder)));
+    }
+    match embedded(name) {
+        Some((name, text)) => {
+            Ok(mpgx_lang::compile(&format!("{name}.scn"), text.to_string(), overrides, &mpgx_lang::source::NoFiles))
+        }
+        None => Err(not_found(name)),
+    }
+}
+
+/// Compiles, prints all problems on stderr, and gives the Plan if there were no errors.
+pub fn plan(name: &str, overrides: &[Override]) -> Result<(Plan, Compilation), Failure> {
+    let mut compilation = compile(name, overrides)?;
+    if !compilation.problems.is_empty() {
+        anstream::eprint!("{}", render(&compilation.problems, &compilation.sources, Style::Coloured));
+    }
+    match compilation.plan.take() {
+        Some(plan) => Ok((plan, compilation)),
+        None => {
+            let errors = compilation.problems.errors();
+            let things = if errors == 1 { "1 error".into() } else { format!("{errors} errors") };
+            Err(Failure::new(Exit::BadInput, format!("{name} has {things}"))
+                .help("`mpgx explain CODE` tells the story of a code in brackets"))
+        }
+    }
+}
+
+fn embedded(name: &str) -> Option<(&'static str, &'static str)> {
+    let wanted = name.strip_suffix(".scn").unwrap_or(name);
+    EMBEDDED.iter().copied().find(|(name, _)| *name == wanted)
+}
+
+fn not_found(name: &str) -> Failure {
+    let failure = Failure::new(Exit::BadInput, format!("no file and no built-in scenario is called `{name}`"));
+    let stem = Path::new(name).file_stem().and_then(|stem| stem.to_str()).unwrap_or(name);
+    match mpgx_lang::problem::did_you_mean(stem, EMBEDDED.iter().map(|(name, _)| *name)) {
+        Some(close) => failure.help(format!("did you mean `{close}`?")),
+        None => failure.help("`mpgx list` shows the built-in scenarios"),
+    }
+}
+
+/// Reads a source file whole, but never more than the limit, whatever the file claims to be.
+fn read(path: &Path) -> Result<String, Failure> {
+    let shown = path.display();
+    let cannot = |why: std::io::Error| Failure::new(Exit::Io, format!("cannot read {shown}: {why}"));
+    let mut bytes = Vec::new();
+    File::open(path).map_err(cannot)?.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(cannot)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(Failure::new(Exit::BadInput, format!("{shown} is larger than 1 MiB"))
+            .help("a scenario is a few hundred lines; is this the right file?"));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        Failure::new(Exit::BadInput, format!("{shown} is not UTF-8 text: the first bad byte is byte {at}"))
+            .help("save it as UTF-8")
+    })
+}
+
+/// Modules beside the scenario; nothing outside its folder.
+struct Folder(PathBuf);
+
+impl Loader for Folder {
+    fn load(&self, path: &str) -> Result<String, String> {
+        let relative = Path::new(path);
+        if relative.components().any(|part| !matches!(part, Component::Normal(_))) {
+            return Err(format!("`{path}` leads out of the scenario's folder"));
+        }
+        let file = self.0.join(relative);
+        let inside = |file: &Path| Some((file.canonicalize().ok()?, self.root().canonicalize().ok()?));
+        if let Some((file, root)) = inside(&file)
+            && !file.starts_with(&root)
+        {
+            return Err(format!("`{path}` is a link out of the scenario's folder"));
+        }
+        read(&file).map_err(|failure| failure.message)
+    }
+}
+
+impl Folder {
+    fn root(&self) -> &Path {
+        if self.0.as_os_str().is_empty() { Path::new(".") } else { &self.0 }
+    }
+}
