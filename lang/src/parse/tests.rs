@@ -80,6 +80,7 @@ const SHAPES: [(&str, &str, &str); 13] = [
 ];
 
 #[test]
+#[expect(clippy::disallowed_types, reason = "the stack of a thread is measured")]
 fn nesting_is_limited_whatever_nests_and_needs_little_stack() {
     let run = || {
         for (open, middle, close) in SHAPES {
