@@ -19,6 +19,8 @@ pub mod statistics;
 pub mod storage;
 pub mod summarise;
 pub mod summary;
+#[cfg(test)]
+mod tests;
 mod training;
 mod work;
 mod worlds;

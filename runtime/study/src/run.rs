@@ -87,6 +87,7 @@ pub(crate) fn run_in_order(
     let (plan, source) = places::without_folder(plan, source);
     let study = Identity::of(&plan, options.master);
     Worlds::new(&plan)?;
+    cells(&plan)?;
     storage.create_folder("")?;
     let _lock = owner::acquire(storage, &options.owner)?;
     let plan = folder::freeze(storage, &plan, &source, &study, options.master)?;

@@ -1,0 +1,5 @@
+//! Whole studies, small ones: the same bytes whatever happens on the way.
+
+mod faults;
+mod same_bytes;
+mod sample;
