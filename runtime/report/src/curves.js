@@ -31,7 +31,7 @@
     return node;
   };
   const axisOf = (chart) => chart.axes[state.scale === 'log' && chart.axes.smooth_log ? `${state.curves}_log` : state.curves];
-  const show = (chart, value) => (value * chart.factor).toFixed(chart.digits).replace('-', '\u2212');
+  const show = (chart, value) => String(Number((value * chart.factor).toPrecision(3))).replace('-', '\u2212');
 
   const draw = (chart, figure) => {
     const axis = axisOf(chart);

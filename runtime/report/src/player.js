@@ -69,7 +69,7 @@
   };
 
   const draw = (show) => {
-    const stage = stages[state.stage], { track } = show, [x0, x1, y0, y1] = stage.frame;
+    const stage = stages[state.stage], { track } = show, [x0, x1, y0, y1] = stage.frames[state.episode];
     const wide = show.canvas.clientWidth;
     const { context: c, width, height } = fit(show.canvas, Math.round(Math.min(wide * (y1 - y0) / (x1 - x0), wide, 620)));
     const scale = Math.min(width / (x1 - x0), height / (y1 - y0));
@@ -171,9 +171,9 @@
         c.rotate(-heading);
         c.beginPath();
         c.moveTo(0, 0);
-        c.lineTo(-1.3 * size, 0.5 * size);
-        c.lineTo(-size, 0);
-        c.lineTo(-1.3 * size, -0.5 * size);
+        c.lineTo(-1.15 * size, 0.42 * size);
+        c.lineTo(-0.85 * size, 0);
+        c.lineTo(-1.15 * size, -0.42 * size);
         c.closePath();
         c.fill();
         c.restore();
@@ -212,7 +212,9 @@
     const box = document.createElement('div');
     box.className = 'lane';
     const labels = document.createElement('div');
-    labels.append(name);
+    const title = document.createElement('span');
+    title.append(name);
+    labels.append(title);
     const canvas = document.createElement('canvas');
     canvas.setAttribute('aria-hidden', 'true');
     box.append(labels, canvas);
@@ -222,6 +224,7 @@
     for (const entry of entries) {
       entry.label = document.createElement('b');
       entry.label.className = entry.style;
+      if (entry.columns.length > 1) entry.label.textContent = entry.method;
       labels.append(entry.label);
     }
     const scrub = (event) => {
@@ -322,14 +325,14 @@
       const columns = index === undefined
         ? Array.from({ length: width }, (_, k) => column(numbers(track[pick]), width, k))
         : [column(numbers(track[pick]), width, index)];
-      return { style: methods[method].style, columns, values: columns.flatMap((values) => [...values]) };
+      return { style: methods[method].style, method: methods[method].label, columns, values: columns.flatMap((values) => [...values]) };
     });
     const learned = stage.agents.filter((agent) => agent.learned).length;
     const plain = (value) => value.toFixed(3).replace('-', '\u2212');
     lanes = [
       lane('distance from the slots', (value) => `${(1000 * value).toFixed(0)} mm`, series('error', 1, 0), false),
       ...stage.terms.map((term, k) => lane(term, plain, series('terms', stage.terms.length, k), false)),
-      ...series('actions', 2 * learned).map((entry) => lane('actions', plain, [entry], true)),
+      ...series('actions', 2 * learned).map((entry) => lane('actions', () => '', [entry], true)),
     ];
     part('.lanes').replaceChildren(...lanes.map(({ box }) => box));
     slider.max = frames() - 1;
@@ -414,7 +417,7 @@
   });
   document.addEventListener('theme', () => { colours(); paint(); });
   addEventListener('hashchange', recall);
-  new ResizeObserver(paint).observe(part('.stages'));
+  new ResizeObserver(() => requestAnimationFrame(paint)).observe(part('.stages'));
 
   choice('speed').value = '2';
   slider.step = 'any';

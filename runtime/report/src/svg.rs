@@ -251,7 +251,7 @@ mod tests {
         assert_eq!(labels, ["\u{2212}0.2", "0.0"]);
         let axis = Axis::log([0.012, 0.9], Format::length);
         let labels: Vec<_> = axis.ticks.iter().map(|tick| tick.label.as_str()).collect();
-        assert_eq!(labels, ["20", "50", "100", "200", "500", "1000"]);
+        assert_eq!(labels, ["0.02", "0.05", "0.1", "0.2", "0.5", "1"]);
     }
 
     #[test]

@@ -58,6 +58,11 @@ impl Format {
         }
     }
 
+    /// The same unit with as many digits as three significant ones of this value need.
+    pub fn at(&self, value: f64) -> Format {
+        Format { digits: digits(value * self.factor), ..*self }
+    }
+
     /// `[lo, hi]`.
     pub fn interval(&self, lo: Option<f64>, hi: Option<f64>) -> Option<String> {
         Some(format!("[{}, {}]", self.plain(lo?), self.plain(hi?)))

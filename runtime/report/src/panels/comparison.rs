@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::{Content, Panel};
 use crate::svg::{Axis, Strip, strip_axis};
-use crate::text::Format;
+use crate::text::{Format, plural};
 use crate::view::{Entry, View};
 
 pub const PANEL: Panel = Panel {
@@ -34,8 +34,9 @@ struct Row<'a> {
     style: &'a str,
     cells: Vec<Option<Cell>>,
     difference: Option<Cell>,
-    chance: Option<String>,
+    chance: Option<Cell>,
     verdict: &'a str,
+    failed: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -79,6 +80,7 @@ fn part<'v>(view: &'v View, protocol: &'v Protocol, first: &Entry) -> Option<Par
                 && comparison.a == first.label
                 && comparison.b == method.label
         });
+        let failed = method.records.iter().filter(|record| record.failure.is_some()).count();
         Row {
             label: method.label,
             style: &method.style,
@@ -88,9 +90,9 @@ fn part<'v>(view: &'v View, protocol: &'v Protocol, first: &Entry) -> Option<Par
                 .map(|(metric, format)| of(metric).map(|statistic| cell(statistic, *format)))
                 .collect(),
             difference: against.map(|comparison| difference(comparison, error)),
-            chance: against
-                .map(|c| Format { digits: 0, ..Format::percent(1.0) }.full(c.probability_of_improvement)),
+            chance: against.map(chance),
             verdict: against.map_or("", |comparison| &comparison.verdict),
+            failed: (failed > 0).then(|| plural(failed, "seed")),
         }
     });
     Some(Part {
@@ -116,6 +118,14 @@ fn difference(comparison: &Comparison, format: Format) -> Cell {
     let plain = format.plain(comparison.difference);
     let plus = if comparison.difference > 0.0 { "+" } else { "" };
     Cell { value: format!("{plus}{plain}"), interval: format.interval(comparison.lo, comparison.hi) }
+}
+
+fn chance(comparison: &Comparison) -> Cell {
+    let format = Format { digits: 0, ..Format::percent(1.0) };
+    Cell {
+        value: format.plain(comparison.probability_of_improvement),
+        interval: format.interval(comparison.probability_lo, comparison.probability_hi),
+    }
 }
 
 fn plot<'v>(

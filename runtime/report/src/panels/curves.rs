@@ -65,7 +65,6 @@ struct Data<'a> {
     title: &'a str,
     unit: &'static str,
     factor: f64,
-    digits: usize,
     methods: &'a [Curves<'a>],
     axes: Axes,
 }
@@ -132,17 +131,9 @@ fn content(view: &View) -> Option<Content> {
             chart: Value::from_safe_string(chart.render()),
             rows: table(&methods, &grid, format),
         });
-        let Format { unit, factor, digits } = format;
-        let entry = Data {
-            level,
-            id: &quantity.id,
-            title: &quantity.title,
-            unit,
-            factor,
-            digits,
-            methods: &methods,
-            axes,
-        };
+        let Format { unit, factor, .. } = format;
+        let entry =
+            Data { level, id: &quantity.id, title: &quantity.title, unit, factor, methods: &methods, axes };
         data.push(serde_json::to_value(entry).ok()?);
     }
     let legend: Vec<_> = view.learners().map(|method| (method.label, method.style.as_str())).collect();
@@ -320,7 +311,7 @@ fn draw(curves: &Curves, grid: &Grid, y: &Axis) -> String {
 
 fn level_line(level: f64, y: &Axis, format: Format) -> String {
     let top = y.top(level);
-    let label = escape(&format!("oracle {}", format.full(level)));
+    let label = escape(&format!("oracle {}", format.at(level).full(level)));
     format!(
         r#"<line class="level" x1="0" x2="100%" y1="{top}" y2="{top}"/><text x="100%" y="{top}" dy="-.45em">{label}</text>"#
     )
@@ -331,7 +322,12 @@ fn describe(methods: &[Curves], format: Format) -> String {
     let words = methods.iter().filter_map(|curves| {
         let first = curves.smooth.iter().flatten().next()?;
         let last = curves.smooth.iter().flatten().last()?;
-        Some(format!("{} goes from {} to {}.", curves.label, format.full(first[0]), format.full(last[0])))
+        Some(format!(
+            "{} goes from {} to {}.",
+            curves.label,
+            format.at(first[0]).full(first[0]),
+            format.at(last[0]).full(last[0])
+        ))
     });
     let words: Vec<_> = words.collect();
     format!("Against environment steps of training. {}", words.join(" "))
@@ -343,9 +339,14 @@ fn table(methods: &[Curves], grid: &Grid, format: Format) -> Vec<Vec<String>> {
     let row = |(bin, step): (usize, &u64)| {
         let cell = |curves: &Curves| match curves.smooth.get(bin).copied().flatten() {
             Some([mid, lo, hi]) if lo < hi => {
-                format!("{} [{}, {}]", format.plain(mid), format.plain(lo), format.plain(hi))
+                format!(
+                    "{} [{}, {}]",
+                    format.at(mid).plain(mid),
+                    format.at(mid).plain(lo),
+                    format.at(mid).plain(hi)
+                )
             }
-            Some([mid, _, _]) => format.plain(mid),
+            Some([mid, _, _]) => format.at(mid).plain(mid),
             None => String::new(),
         };
         [step.to_string()].into_iter().chain(methods.iter().map(cell)).collect()

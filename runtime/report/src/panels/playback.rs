@@ -34,8 +34,8 @@ struct Stage<'a> {
     terms: Vec<&'a str>,
     /// Arenas: x from, to, y from, to.
     arenas: Vec<[f64; 4]>,
-    /// What the picture must show, in the same order.
-    frame: [f64; 4],
+    /// What the picture of each episode must show, in the same order.
+    frames: Vec<[f64; 4]>,
 }
 
 #[derive(Serialize)]
@@ -71,7 +71,7 @@ fn content(view: &View) -> Option<Content> {
     let (still_of, world) = trajectory(view, first.protocol, first.method, first.seed, first.episode)?;
     let stages: Vec<_> =
         plan.protocols.iter().map(|protocol| stage(view, &protocol.name, view.world(protocol))).collect();
-    let frame = stages.get(first.protocol)?.frame;
+    let frame = *stages.get(first.protocol)?.frames.get(first.episode)?;
     let caption = format!(
         "{}, seed {}, first held-out episode of “{}”",
         view.methods.get(first.method)?.label,
@@ -150,7 +150,7 @@ fn stage<'v>(view: &'v View, name: &'v str, world: &'v World) -> Stage<'v> {
         slots: slots.collect(),
         terms: world.reward.iter().map(|term| term.name.as_str()).collect(),
         arenas,
-        frame: frame(view, name),
+        frames: (0..EPISODES).map(|episode| frame(view, name, episode)).collect(),
     }
 }
 
@@ -162,13 +162,13 @@ fn hand(body: &Extern) -> Option<f64> {
     }
 }
 
-/// Where the agents of a protocol were seen, all episodes together, with a margin.
-fn frame(view: &View, protocol: &str) -> [f64; 4] {
+/// Where the agents were seen in an episode, all cells together, with a margin.
+fn frame(view: &View, protocol: &str, episode: usize) -> [f64; 4] {
     let seen = view
         .methods
         .iter()
         .flat_map(|method| method.evaluations(protocol))
-        .flat_map(|(_, evaluation)| evaluation.trajectories.iter().take(EPISODES))
+        .filter_map(|(_, evaluation)| evaluation.trajectories.get(episode))
         .flat_map(|trajectory| &trajectory.agents)
         .filter(|[x, y, _]| x.is_finite() && y.is_finite())
         .map(|&[x, y, _]| (f64::from(x), f64::from(y)));

@@ -51,6 +51,7 @@ fn content(view: &View) -> Option<Content> {
         setting => setting(view),
         badge => badge(summary.seeds),
         figures => Serde(figures(view)),
+        oracle => view.oracle().is_some(),
         claims => Serde(claims),
         failures => summary.failures.len(),
         failed => plural(summary.failures.len(), "seed"),
@@ -69,7 +70,7 @@ fn sentence(view: &View) -> String {
         return format!("{name} has no finished seed: there is nothing to judge.");
     };
     let error = Format::length(error.iqm).full(error.iqm);
-    let mut text = format!("{name} keeps <b>{error}</b> from where it belongs");
+    let mut text = format!("{name} is <b>{error}</b> off its place on average");
     if let Some(ratio) = of("error_over_oracle") {
         text += &format!(", <b>{} times</b> the oracle’s error", Format::ratio().plain(ratio.iqm));
     }
