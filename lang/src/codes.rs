@@ -1,10 +1,51 @@
 //! Every kind of problem the compiler knows.
 
-use crate::parse;
 use crate::problem::Code;
+use crate::{check, lower, parse, resolve};
 
 /// All codes.
 pub const ALL: &[&Code] = &[
+    &check::UNUSED,
+    &check::agents::START_ORDER,
+    &check::agents::UNUSED_START,
+    &check::arithmetic::BAD_EXPONENT,
+    &check::arithmetic::BAD_OPERANDS,
+    &check::call::BAD_ARGUMENTS,
+    &check::call::MISPLACED_DRAW,
+    &check::declare::MISSING_VALUE,
+    &check::declare::MOTION_OUTPUT,
+    &check::declare::NOTHING_DRAWN,
+    &check::declare::NOT_PROVIDED,
+    &check::declare::UNKNOWN_OVERRIDE,
+    &check::declare::UNKNOWN_STATE,
+    &check::evaluate::BAD_CLAIM,
+    &check::expr::CIRCULAR,
+    &check::expr::UNKNOWN_NAME,
+    &check::expr::WRONG_KIND,
+    &check::feasible::SLOTS_TOO_CLOSE,
+    &check::feasible::SLOT_COUNT,
+    &check::fits::TYPE_MISMATCH,
+    &check::fits::UNIT_MISMATCH,
+    &check::fits::UNKNOWN_WORD,
+    &check::learn::DUPLICATE_METHOD,
+    &check::learn::PRESET_MISMATCH,
+    &check::reward::REWARD_MISMATCH,
+    &check::sets::BAD_INDEX,
+    &check::sets::FOREIGN_SLOT,
+    &check::sets::GROUP_AS_AGENT,
+    &check::sets::INDEX_OUT_OF_RANGE,
+    &check::sets::UNKNOWN_SET,
+    &check::sets::WRONG_VARIABLES,
+    &check::settings::GIVEN_TWICE,
+    &check::settings::MISSING,
+    &check::settings::UNKNOWN_SETTING,
+    &check::units::BAD_UNIT,
+    &check::units::UNKNOWN_DIMENSION,
+    &check::units::UNKNOWN_UNIT,
+    &check::value::NOT_CONSTANT,
+    &check::value::OUT_OF_RANGE,
+    &check::value::TOO_LARGE,
+    &lower::UNKNOWN_MEMBER,
     &parse::CHAINED_COMPARISON,
     &parse::FILE_TOO_LARGE,
     &parse::FORBIDDEN_CHARACTER,
@@ -18,6 +59,12 @@ pub const ALL: &[&Code] = &[
     &parse::TOO_COMPLEX,
     &parse::UNBALANCED_BRACKETS,
     &parse::UNKNOWN_ITEM,
+    &resolve::DUPLICATE_NAME,
+    &resolve::MISPLACED_ITEM,
+    &resolve::MODULE_CYCLE,
+    &resolve::RESERVED_NAME,
+    &resolve::UNKNOWN_IMPORT,
+    &resolve::UNKNOWN_MODULE,
 ];
 
 /// The code of a name.

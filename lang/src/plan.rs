@@ -464,3 +464,21 @@ impl World {
         learned
     }
 }
+
+/// Nesting of a Plan in RON, at most; the compiler's limit on expressions stays far below.
+const RON_DEPTH: usize = 1000;
+
+impl Plan {
+    /// As RON text. [`Plan::from_ron`] reads it back to the same value.
+    pub fn to_ron(&self) -> String {
+        let options = ron::Options::default().with_recursion_limit(RON_DEPTH);
+        let pretty = ron::ser::PrettyConfig::new().new_line("\n".to_owned()).indentor("  ".to_owned());
+        options.to_string_pretty(self, pretty).unwrap_or_default()
+    }
+
+    /// Reads what [`Plan::to_ron`] wrote. The error says where the text is wrong.
+    pub fn from_ron(text: &str) -> Result<Plan, String> {
+        let options = ron::Options::default().with_recursion_limit(RON_DEPTH);
+        options.from_str(text).map_err(|error| error.to_string())
+    }
+}

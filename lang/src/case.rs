@@ -1,0 +1,145 @@
+//! The scenario as one kind of episode sees it: as trained, or with the changes of a protocol.
+
+use std::collections::BTreeMap;
+
+use crate::constant::{Constant, Constants};
+use crate::hir::{Change, Control, Expr, Hir, Protocol, Slots, World};
+use crate::inline::{Inliner, Refusal, Value};
+use crate::plan::{self, Area, ParamId, Setting};
+
+pub struct Case {
+    pub world: World,
+    pub constants: Constants,
+    /// Parameters that differ from those of training.
+    pub folded: BTreeMap<ParamId, f64>,
+}
+
+impl Case {
+    pub fn training(hir: &Hir) -> Case {
+        Case::new(hir, &[])
+    }
+
+    pub fn of(hir: &Hir, protocol: &Protocol) -> Case {
+        let changes: Vec<&Change> = protocol.changes.iter().map(|change| &change.node).collect();
+        Case::new(hir, &changes)
+    }
+
+    fn new(hir: &Hir, changes: &[&Change]) -> Case {
+        let mut case =
+            Case { world: hir.world.clone(), constants: Constants::default(), folded: BTreeMap::new() };
+        for (id, param) in hir.params.iter().enumerate() {
+            let chosen = changes.iter().rev().find_map(|change| match change {
+                Change::Param(changed, value) if *changed == id => Some(value),
+                _ => None,
+            });
+            let value = case.number(chosen.unwrap_or(&param.default));
+            if let Some(number) = value.filter(|_| value != param.value) {
+                case.folded.insert(id, number);
+            }
+            case.constants.params.push(value);
+        }
+        for change in changes {
+            case.apply(change);
+        }
+        let numbers = |expr: &Option<Expr>| expr.as_ref().and_then(|expr| case.number(expr));
+        let world = &case.world;
+        let (dt, safety, horizon) = (numbers(&world.dt), numbers(&world.safety), numbers(&world.horizon));
+        case.constants =
+            Constants { dt_s: dt, safety_m: safety, horizon, ..std::mem::take(&mut case.constants) };
+        case
+    }
+
+    fn apply(&mut self, change: &Change) {
+        let world = &mut self.world;
+        match change {
+            Change::Param(..) => {}
+            Change::Dt(value) => world.dt = Some(value.clone()),
+            Change::Horizon(value) => world.horizon = Some(value.clone()),
+            Change::Safety(value) => world.safety = Some(value.clone()),
+            Change::Arena(group, value) => {
+                world.groups.iter_mut().skip(*group).take(1).for_each(|g| g.arena = Some(value.clone()));
+            }
+            Change::Speed(group, value) => {
+                world.groups.iter_mut().skip(*group).take(1).for_each(|g| g.speed = Some(value.clone()));
+            }
+            Change::Start(group, value) => {
+                world.groups.iter_mut().skip(*group).take(1).for_each(|g| g.start = Some(value.clone()));
+            }
+            Change::Motion(group, value) => {
+                let control = Control::Motion(value.clone());
+                world.groups.iter_mut().skip(*group).take(1).for_each(|g| g.control = Some(control.clone()));
+            }
+        }
+    }
+
+    pub fn inliner(&self) -> Inliner<'_> {
+        Inliner::new(&self.world, &self.folded)
+    }
+
+    pub fn value(&self, expr: &Expr) -> Result<Value, Refusal> {
+        self.inliner().value(expr, &[])
+    }
+
+    /// The value of a constant, finite number.
+    pub fn number(&self, expr: &Expr) -> Option<f64> {
+        match self.value(expr).ok()? {
+            Value::Expr(expr) => self.finite(&expr),
+            _ => None,
+        }
+    }
+
+    fn finite(&self, expr: &plan::Expr) -> Option<f64> {
+        self.constants.number(expr).filter(|number| number.is_finite())
+    }
+
+    pub fn range(&self, expr: &Expr) -> Option<(f64, f64)> {
+        match self.value(expr).ok()? {
+            Value::Range(low, high) => Some((self.finite(&low)?, self.finite(&high)?)),
+            _ => None,
+        }
+    }
+
+    pub fn area(&self, expr: &Expr) -> Option<Area> {
+        let Value::Area(sides) = self.value(expr).ok()? else { return None };
+        let [left, right, bottom, top] = *sides;
+        let x_m = (self.finite(&left)?, self.finite(&right)?);
+        Some(Area { x_m, y_m: (self.finite(&bottom)?, self.finite(&top)?) })
+    }
+
+    /// The value of something that Rust reads.
+    pub fn setting(&self, expr: &Expr) -> Option<Setting> {
+        Some(match self.value(expr).ok()? {
+            Value::Word(word) => Setting::Word(word),
+            Value::Range(low, high) => Setting::Range(self.finite(&low)?, self.finite(&high)?),
+            Value::List(all) => {
+                Setting::List(all.iter().map(|entry| self.finite(entry)).collect::<Option<_>>()?)
+            }
+            Value::Expr(value) => match self.constants.value(&value)? {
+                Constant::Truth(truth) => Setting::Truth(truth),
+                Constant::Number(number) if number.is_finite() => Setting::Number(number),
+                _ => return None,
+            },
+            Value::Agent(..) | Value::Area(_) => return None,
+        })
+    }
+
+    /// Displacements of a formation's members, where they are constant.
+    pub fn slots(&self, formation: usize) -> Option<Vec<(f64, f64)>> {
+        let formation = self.world.formations.get(formation)?;
+        let shape = formation.shape.as_ref()?;
+        let mut inliner = self.inliner();
+        let args = inliner.all(&shape.args, &[]).ok()?;
+        match &shape.what.slots {
+            Slots::List(all) => {
+                all.iter().map(|slot| self.constants.vector(&inliner.expr(slot, &args).ok()?)).collect()
+            }
+            Slots::Rule(rule) => {
+                let rule = inliner.expr(rule, &args).ok()?;
+                let size = self.world.groups.get(formation.group)?.size;
+                let constants =
+                    |k: usize| Constants { slot: Some((k as f64, size as f64)), ..self.constants.clone() };
+                (1..=size).map(|k| constants(k).vector(&rule)).collect()
+            }
+        }
+    }
+}

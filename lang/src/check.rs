@@ -1,0 +1,226 @@
+//! Finds out what everything means and whether it fits together: `Program → Hir`.
+//!
+//! Each problem is reported where it is; an expression with a problem becomes poison, which fits everywhere,
+//! so that one mistake gives one message.
+
+pub(crate) mod agents;
+pub(crate) mod arithmetic;
+pub(crate) mod call;
+pub(crate) mod declare;
+pub(crate) mod evaluate;
+pub(crate) mod expr;
+pub(crate) mod feasible;
+pub(crate) mod fits;
+pub(crate) mod learn;
+pub(crate) mod reward;
+pub(crate) mod scene;
+pub(crate) mod sets;
+pub(crate) mod settings;
+pub mod units;
+pub(crate) mod value;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use crate::ast::{ExprAt, Item, Name, Span};
+use crate::constant::Constants;
+use crate::hir::{self, Expr, Hir, Kind, Type};
+use crate::plan::{FormationId, GroupId, ParamId, VarId};
+use crate::problem::{Code, Problem, Problems};
+use crate::resolve::{ItemId, Program};
+use crate::source::Sources;
+
+use units::Units;
+
+/// A parameter's value from outside the scenario.
+pub struct Override {
+    pub name: Name,
+    pub value: ExprAt,
+}
+
+/// Checks the whole program. The Hir is complete as far as no problem was reported.
+pub fn check(
+    program: &Program,
+    overrides: &[Override],
+    sources: &Sources,
+    problems: &mut Problems,
+) -> (Hir, Units) {
+    let mut checker = Checker {
+        program,
+        sources,
+        units: Units::new(program, problems),
+        problems,
+        hir: Hir::default(),
+        constants: Constants::default(),
+        ids: Ids::default(),
+        seen: Seen::default(),
+        used: BTreeSet::new(),
+        next_var: 0,
+        level: 0,
+    };
+    checker.number_items();
+    checker.params(overrides);
+    checker.world();
+    checker.group_sizes();
+    checker.declarations();
+    checker.formations();
+    checker.agents();
+    checker.scene();
+    checker.reward();
+    checker.learning();
+    checker.protocols();
+    checker.claims();
+    checker.unused();
+    checker.feasible();
+    (checker.hir, checker.units)
+}
+
+struct Checker<'a> {
+    program: &'a Program,
+    sources: &'a Sources,
+    problems: &'a mut Problems,
+    units: Units,
+    hir: Hir,
+    constants: Constants,
+    ids: Ids,
+    seen: Seen,
+    /// Names of `use`s and parameters that something refers to.
+    used: BTreeSet<Span>,
+    next_var: VarId,
+    /// Depth of the expression being checked.
+    level: usize,
+}
+
+/// Items of the scenario by their place in the Hir.
+#[derive(Default)]
+struct Ids {
+    params: BTreeMap<ItemId, ParamId>,
+    groups: BTreeMap<ItemId, GroupId>,
+    formations: BTreeMap<ItemId, FormationId>,
+}
+
+/// Declarations that were checked, or are being checked (`None`: to find those that refer to themselves).
+#[derive(Default)]
+struct Seen {
+    lets: BTreeMap<ItemId, Option<Arc<Expr>>>,
+    functions: BTreeMap<ItemId, Option<Arc<call::Callable>>>,
+    motions: BTreeMap<ItemId, declare::Declared<hir::Motion>>,
+    shapes: BTreeMap<ItemId, declare::Declared<hir::Shape>>,
+    externs: BTreeMap<ItemId, Arc<[hir::Parameter]>>,
+}
+
+/// What an expression can refer to besides items.
+#[derive(Clone, Debug)]
+struct Scope {
+    module: usize,
+    /// Dimension variables of the function around.
+    generics: Vec<String>,
+    /// The innermost last.
+    locals: Vec<(String, Kind, Type)>,
+    /// Whether values may be drawn here.
+    draws: bool,
+    /// Whether something was drawn, or a draw was refused.
+    drawn: bool,
+    /// What is being set, to say how it could be drawn (`start`).
+    target: Option<String>,
+}
+
+impl Scope {
+    fn of(module: usize) -> Scope {
+        Scope { module, generics: Vec::new(), locals: Vec::new(), draws: false, drawn: false, target: None }
+    }
+
+    fn local(&self, name: &str) -> Option<(Kind, Type)> {
+        let found = self.locals.iter().rev().find(|local| local.0 == name);
+        found.map(|(_, kind, type_)| (kind.clone(), type_.clone()))
+    }
+
+    fn add(&mut self, name: &str, kind: Kind, type_: Type) {
+        self.locals.push((name.to_owned(), kind, type_));
+    }
+}
+
+impl<'a> Checker<'a> {
+    fn report(&mut self, problem: Problem) {
+        self.problems.push(problem);
+    }
+
+    /// Reports, and gives what stands for the expression.
+    fn poison(&mut self, at: Span, problem: Problem) -> Expr {
+        self.report(problem);
+        Expr::poison(at)
+    }
+
+    fn number_items(&mut self) {
+        for (id, item) in self.program.items().filter(|(id, _)| id.module == self.program.main) {
+            match &item.node {
+                Item::Param(_) => drop(self.ids.params.insert(id, self.ids.params.len())),
+                Item::Agents(decl) => {
+                    self.ids.groups.insert(id, self.ids.groups.len());
+                    self.hir.world.groups.push(hir::Group {
+                        name: decl.name.node.clone(),
+                        size: 0,
+                        body: None,
+                        arena: None,
+                        speed: None,
+                        control: None,
+                        start: None,
+                        span: decl.name.span,
+                    });
+                }
+                Item::Formation { .. } => drop(self.ids.formations.insert(id, self.ids.formations.len())),
+                _ => {}
+            }
+        }
+    }
+
+    fn main_items(&self) -> impl Iterator<Item = (ItemId, &'a crate::ast::Spanned<Item>)> + use<'a> {
+        let main = self.program.main;
+        self.program.items().filter(move |(id, _)| id.module == main)
+    }
+    /// The scenario's name, and warnings about what nothing refers to.
+    fn unused(&mut self) {
+        let found = self.only("scenario", |item| match item {
+            Item::Scenario(name) => Some(name),
+            _ => None,
+        });
+        self.hir.doc = self.program.main().map(|main| main.file.doc.clone()).unwrap_or_default();
+        match found {
+            Some((name, _)) => self.hir.name = name.node.clone(),
+            None => {
+                let at = self.anywhere();
+                let problem = Problem::error(&settings::MISSING, "the scenario has no name");
+                self.report(
+                    problem.at(at, "").help("begin with `scenario` and a name: `scenario square_unison`"),
+                );
+            }
+        }
+        for param in &self.hir.params {
+            if !self.used.contains(&param.span) {
+                self.problems.push(
+                    Problem::warning(&UNUSED, format!("the parameter `{}` has no effect", param.name))
+                        .at(param.span, "nothing refers to it")
+                        .help("use it or take it out"),
+                );
+            }
+        }
+        for (at, name) in self.program.imports() {
+            if !self.used.contains(&at) {
+                self.problems.push(
+                    Problem::warning(&UNUSED, format!("`{name}` is not used"))
+                        .at(at, "nothing here refers to it")
+                        .help("take it out of the `use`"),
+                );
+            }
+        }
+    }
+}
+
+pub const UNUSED: Code = Code {
+    name: "unused",
+    explain: "\
+Something is declared or imported, and nothing refers to it: perhaps a name was mistyped, or it is a leftover.
+
+    param side = 0.4 m
+    formation F of follower = square(0.4 m) about leader        // was `square(side)` meant?",
+};

@@ -1,0 +1,314 @@
+//! Groups of agents: what they are, what moves them, where they start.
+
+use super::call::BAD_ARGUMENTS;
+use super::fits::Wanted;
+use super::settings::{GIVEN_TWICE, MISSING};
+use super::value::OUT_OF_RANGE;
+use super::{Checker, Scope};
+use crate::ast::{self, AgentsDecl, Assignment, Call, ExprAt, Item, Span};
+use crate::dim::Substitution;
+use crate::hir::{Called, Control, Expr, Extern, Kind, Motion, Output, OwnSetting, Type};
+use crate::plan::{GroupId, IndexSet};
+use crate::problem::{Code, Problem};
+use crate::resolve::Space;
+
+/// Agents of a group, at most.
+const LARGEST_GROUP: usize = 10_000;
+
+const SETTINGS: [&str; 5] = ["arena", "speed", "control", "motion", "start"];
+
+impl<'a> Checker<'a> {
+    /// How many each group has, which everything else refers to.
+    pub fn group_sizes(&mut self) {
+        for (id, item) in self.main_items() {
+            let Item::Agents(decl) = &item.node else { continue };
+            let size = match &decl.size {
+                None => Some(1),
+                Some(size) => {
+                    let why = Wanted::by("the number of agents");
+                    let size = self.wanted(&mut Scope::of(id.module), size, &Type::Count, &why);
+                    let whole = self.whole(&size, "the number of agents", 1.0);
+                    if whole.is_some_and(|whole| whole > LARGEST_GROUP) {
+                        self.report(
+                            Problem::error(
+                                &OUT_OF_RANGE,
+                                format!("a group has at most {LARGEST_GROUP} agents"),
+                            )
+                            .at(size.span, ""),
+                        );
+                    }
+                    whole.filter(|&whole| whole <= LARGEST_GROUP)
+                }
+            };
+            let Some(&group) = self.ids.groups.get(&id) else { continue };
+            if let Some(group) = self.hir.world.groups.get_mut(group) {
+                group.size = size.unwrap_or(0);
+            }
+        }
+    }
+
+    pub fn agents(&mut self) {
+        let mut learned = false;
+        for (id, item) in self.main_items() {
+            let Item::Agents(decl) = &item.node else { continue };
+            if let Some(&group) = self.ids.groups.get(&id) {
+                learned |= self.group(group, decl);
+            }
+        }
+        if !learned {
+            let problem = Problem::error(&MISSING, "no agent learns").at(self.anywhere(), "in this scenario");
+            self.report(problem.help("give a group `control = learned`"));
+        }
+        self.start_order();
+    }
+
+    /// Whether it learns, or would if it had no mistakes.
+    fn group(&mut self, group: GroupId, decl: &'a AgentsDecl) -> bool {
+        let body = self.body(&decl.body);
+        let of = format!("`{}`", decl.name.node);
+        let settings = self.settings(&of, &decl.settings, &SETTINGS);
+        let arena = settings.get("arena").map(|setting| self.fixed(setting, &Type::Area));
+        let speed_type = Type::Range(self.units.base("speed"));
+        let speed = settings.get("speed").map(|setting| self.fixed(setting, &speed_type));
+        if speed.is_none() {
+            self.missing_in_group(decl, "speed", "speed = -0.7 m/s .. 0.7 m/s");
+        }
+        for (value, what) in [(&arena, "an arena"), (&speed, "a speed limit")] {
+            if let Some(value) = value {
+                self.constant_setting(value, what);
+            }
+        }
+        if let Some(place) = self.hir.world.groups.get_mut(group) {
+            (place.body, place.arena, place.speed) = (body, arena, speed);
+        }
+        let control =
+            self.control(group, decl, settings.get("control").copied(), settings.get("motion").copied());
+        let learned = matches!(control, None | Some(Control::Learned));
+        let start = settings.get("start").map(|setting| self.start(group, setting));
+        let positions = matches!(&control, Some(Control::Motion(motion))
+            if matches!(motion.what.output, Some(Output::Position(_)) | None));
+        if start.is_none() && !positions && control.is_some() {
+            self.missing_in_group(decl, "start", "start ~ near((0 m, 0 m), 0.5 m)");
+        }
+        if let (Some(setting), Some(Control::Motion(motion))) = (settings.get("start"), &control)
+            && matches!(motion.what.output, Some(Output::Position(_)))
+        {
+            self.report(
+                Problem::warning(&UNUSED_START, format!("the start of `{}` has no effect", decl.name.node))
+                    .at(setting.value.span, "not used")
+                    .with(
+                        motion.span,
+                        format!("`{}` tells the position from the beginning", motion.what.name),
+                    ),
+            );
+        }
+        if let Some(place) = self.hir.world.groups.get_mut(group) {
+            (place.control, place.start) = (control, start);
+        }
+        learned
+    }
+
+    fn missing_in_group(&mut self, decl: &AgentsDecl, what: &str, example: &str) {
+        self.report(
+            Problem::error(&MISSING, format!("`{}` needs a `{what}`", decl.name.node))
+                .at(decl.name.span, format!("has no `{what}`"))
+                .help(format!("for example `{example}`")),
+        );
+    }
+
+    fn body(&mut self, call: &'a Call) -> Option<Extern> {
+        let id = self.item_named(Space::Body, &call.name)?;
+        let params = self.signature(id)?;
+        let mut scope = Scope::of(self.program.main);
+        let args = self.bind(&mut scope, call, call.name.span, &params, (&[], &mut Substitution::default()));
+        for (param, value) in params.iter().zip(&args) {
+            self.constant_setting(value, &format!("`{}`", param.name));
+        }
+        let settings = params.iter().map(|param| param.name.clone()).zip(args).collect();
+        Some(Extern { name: call.name.node.clone(), settings })
+    }
+
+    /// Reports a setting that is not known before the episodes begin.
+    pub fn constant_setting(&mut self, value: &Expr, what: &str) {
+        match &value.kind {
+            Kind::Range(low, high) => {
+                self.constant(low, what);
+                self.constant(high, what);
+            }
+            Kind::Area(x, y) => {
+                self.constant_setting(x, what);
+                self.constant_setting(y, what);
+            }
+            Kind::List(all) => {
+                for entry in all {
+                    self.constant(entry, what);
+                }
+            }
+            _ if matches!(value.type_, Type::Number(_)) => {
+                self.constant(value, what);
+            }
+            _ => {}
+        }
+    }
+
+    fn control(
+        &mut self,
+        group: GroupId,
+        decl: &'a AgentsDecl,
+        control: Option<&'a Assignment>,
+        motion: Option<&'a Assignment>,
+    ) -> Option<Control> {
+        match (control, motion) {
+            (Some(control), Some(motion)) => {
+                self.report(
+                    Problem::error(
+                        &GIVEN_TWICE,
+                        format!("`{}` cannot both learn and follow a motion", decl.name.node),
+                    )
+                    .at(motion.value.span, "a motion")
+                    .with(control.value.span, "controlled")
+                    .help("keep one of the two"),
+                );
+                None
+            }
+            (Some(control), None) => {
+                self.undrawn(control);
+                let why = Wanted::by("`control`");
+                let type_ = Type::Word(vec!["learned".to_owned()]);
+                let value = self.wanted(&mut Scope::of(self.program.main), &control.value, &type_, &why);
+                (!value.is_poison()).then_some(Control::Learned)
+            }
+            (None, Some(motion)) => {
+                self.undrawn(motion);
+                self.motion_call(group, &motion.value).map(Control::Motion)
+            }
+            (None, None) => {
+                self.report(
+                    Problem::error(&MISSING, format!("nothing moves `{}`", decl.name.node))
+                        .at(decl.name.span, "has neither `control` nor `motion`")
+                        .help("write `control = learned`, or for example `motion = random_velocity(1 m/s)`"),
+                );
+                None
+            }
+        }
+    }
+
+    /// `circle(0.6 m)` as the motion of a group.
+    pub fn motion_call(&mut self, group: GroupId, at: &'a ExprAt) -> Option<Called<Motion>> {
+        let bare;
+        let (call, span) = match &at.node {
+            ast::Expr::Call(call) => (call, at.span),
+            ast::Expr::Name(name) => {
+                bare = ast::Name { node: name.clone(), span: at.span };
+                let id = self.item_named(Space::Motion, &bare)?;
+                let (params, what) = self.motion(id)?;
+                return match params.iter().map(|param| param.default.clone()).collect::<Option<Vec<_>>>() {
+                    Some(args) => Some(Called { what, args, span: at.span }),
+                    None => {
+                        let names = crate::resolve::listed(
+                            params.iter().filter(|p| p.default.is_none()).map(|p| p.name.as_str()),
+                        );
+                        let problem = Problem::error(&BAD_ARGUMENTS, format!("`{name}` needs {names}"));
+                        self.report(problem.at(at.span, "").help(format!("write `{name}(…)`")));
+                        None
+                    }
+                };
+            }
+            _ => {
+                let problem = Problem::error(&super::expr::WRONG_KIND, "this is no motion").at(at.span, "");
+                self.report(problem.help("write a motion's name and its arguments: `circle(0.6 m)`"));
+                return None;
+            }
+        };
+        let id = self.item_named(Space::Motion, &call.name)?;
+        let (params, what) = self.motion(id)?;
+        let mut scope = self.member_scope(group);
+        let args = self.bind(&mut scope, call, span, &params, (&[], &mut Substitution::default()));
+        (!args.iter().any(Expr::is_poison)).then_some(Called { what, args, span })
+    }
+
+    /// Inside a group's settings, `i` is the member, and `arena` and `speed` are the group's.
+    fn member_scope(&self, group: GroupId) -> Scope {
+        let mut scope = Scope::of(self.program.main);
+        let Some(own) = self.hir.world.groups.get(group) else { return scope };
+        if let Some(arena) = &own.arena {
+            scope.add("arena", Kind::Setting(group, OwnSetting::Arena), arena.type_.clone());
+        }
+        if let Some(speed) = &own.speed {
+            scope.add("speed", Kind::Setting(group, OwnSetting::Speed), speed.type_.clone());
+        }
+        scope.add("i", Kind::Member(group), Type::Agent(Some(group)));
+        scope
+    }
+
+    pub fn start(&mut self, group: GroupId, setting: &'a Assignment) -> Expr {
+        let mut scope = self.member_scope(group);
+        let value = self.assigned(&mut scope, "start", setting.random, &setting.value);
+        let point = Type::Vector(self.units.base("length"));
+        self.fits(value, &point, &Wanted::by("`start`"), &[], &mut Default::default())
+    }
+
+    /// A start may refer to agents that are placed before.
+    fn start_order(&mut self) {
+        let mut problems = Vec::new();
+        for (group, own) in self.hir.world.groups.iter().enumerate() {
+            if let Some(start) = &own.start
+                && let Some((at, other)) = self.placed_later(group, start)
+                && let Some(other) = self.hir.world.groups.get(other)
+            {
+                let message = format!("`{}` starts before `{}` has a place", own.name, other.name);
+                let problem = Problem::error(&START_ORDER, message).at(at, "not placed yet");
+                problems.push(match own.name == other.name {
+                    true => problem.help("refer to other groups only, and keep distances by `require`"),
+                    false => problem
+                        .with(other.span, "declared later")
+                        .help(format!("declare `{}` before `{}`", other.name, own.name)),
+                });
+            }
+        }
+        problems.into_iter().for_each(|problem| self.report(problem));
+    }
+
+    /// Where an expression refers to a group that is placed after `group` or with it.
+    fn placed_later(&self, group: GroupId, expr: &Expr) -> Option<(Span, GroupId)> {
+        let later = |other: GroupId| {
+            let positions = self.hir.world.groups.get(other).is_some_and(|other| {
+                matches!(&other.control, Some(Control::Motion(motion))
+                    if matches!(motion.what.output, Some(Output::Position(_))))
+            });
+            other >= group && !positions
+        };
+        let found = match &expr.kind {
+            Kind::Slot(formation, _) => {
+                // The member's own place depends on the agent that the formation is about.
+                let about = self.hir.world.formations.get(*formation)?.about;
+                return later(about).then_some((expr.span, about));
+            }
+            Kind::Member(own) | Kind::Fixed(own, _) => Some(*own),
+            Kind::Reduce { over, .. } => match &over.set {
+                IndexSet::Group(other) => Some(*other),
+                _ => Some(self.hir.world.groups.len().saturating_sub(1)),
+            },
+            _ => None,
+        };
+        let here = found.filter(|&other| later(other)).map(|other| (expr.span, other));
+        here.or_else(|| expr.children().into_iter().find_map(|child| self.placed_later(group, child)))
+    }
+}
+
+pub const UNUSED_START: Code = Code {
+    name: "unused-start",
+    explain: "\
+A motion that gives positions tells where its agent is from the beginning, so the group's `start` has no effect in
+training. (An evaluation may replace the motion by one that gives velocities; then the start counts.)",
+};
+
+pub const START_ORDER: Code = Code {
+    name: "start-order",
+    explain: "\
+Agents are placed in the order of their declarations, so a start can refer to agents declared above only.
+
+    agent follower : point { start ~ near(p[leader], 0.5 m) … }     // wrong if the leader comes later
+
+Agents whose motion gives positions are placed first.",
+};

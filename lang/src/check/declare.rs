@@ -1,0 +1,562 @@
+//! Declarations: parameters, lets, functions, motions and formation shapes.
+
+use std::sync::Arc;
+
+use super::call::{Action, Callable};
+use super::expr::CIRCULAR;
+use super::fits::Wanted;
+use super::{Checker, Override, Scope};
+use crate::ast::{
+    self, FunctionDecl, Item, LetDecl, MotionDecl, ShapeDecl, ShapeSlots, Span, Spanned, StateDecl, TypeExpr,
+};
+use crate::dim::Dim;
+use crate::hir::{self, Draw, Expr, Kind, Motion, Output, Parameter, Shape, Slots, State, Type};
+use crate::plan::{Function as BuiltIn, Quantity};
+use crate::problem::{Code, Problem, did_you_mean};
+use crate::resolve::{ItemId, Space};
+
+impl<'a> Checker<'a> {
+    /// The scenario's parameters, with the values that overrides give them.
+    pub fn params(&mut self, overrides: &'a [Override]) {
+        let main = self.program.main;
+        for (_, item) in self.main_items() {
+            let Item::Param(param) = &item.node else { continue };
+            let mut scope = Scope::of(main);
+            let checked = self.parameter(&mut scope, param);
+            let name = &param.name;
+            let dim = match &checked.type_ {
+                Type::Number(dim) => dim.clone(),
+                Type::Count | Type::Poison => Dim::none(),
+                other => {
+                    let have = self.describe(other);
+                    self.report(
+                        Problem::error(&super::fits::TYPE_MISMATCH, "a parameter is a number")
+                            .at(name.span, format!("this is {have}"))
+                            .help(format!("for anything else write `let {} = …`", name.node)),
+                    );
+                    Dim::none()
+                }
+            };
+            let mut default = checked.default.clone().unwrap_or_else(|| {
+                self.poison(
+                    name.span,
+                    Problem::error(&MISSING_VALUE, format!("`{}` needs a value", name.node))
+                        .at(name.span, "")
+                        .help(format!("write `param {} = 1 m`", name.node)),
+                )
+            });
+            let chosen = overrides.iter().rev().find(|chosen| chosen.name.node == name.node);
+            if let Some(chosen) = chosen.filter(|_| !default.is_poison()) {
+                let why = Wanted::declared(format!("`{}`", name.node), name.span);
+                default = self.wanted(&mut scope, &chosen.value, &checked.type_, &why);
+            }
+            let value = self.constant(&default, &format!("`{}`", name.node));
+            if value.is_none() {
+                default = Expr::poison(default.span);
+            }
+            self.bound(&checked, &default);
+            self.constants.params.push(value);
+            self.hir.params.push(hir::Param {
+                name: name.node.clone(),
+                doc: param.doc.clone(),
+                dim,
+                default,
+                value,
+                span: name.span,
+            });
+        }
+        for chosen in overrides {
+            if !self.hir.params.iter().any(|param| param.name == chosen.name.node) {
+                let names = self.hir.params.iter().map(|param| param.name.as_str());
+                let problem = Problem::error(
+                    &UNKNOWN_OVERRIDE,
+                    format!("the scenario has no parameter `{}`", chosen.name.node),
+                )
+                .at(chosen.name.span, "");
+                let help = match did_you_mean(&chosen.name.node, names.clone()) {
+                    Some(meant) => format!("did you mean `{meant}`?"),
+                    None if self.hir.params.is_empty() => "it has none at all".to_owned(),
+                    None => format!("it has {}", crate::resolve::listed(names)),
+                };
+                self.report(problem.help(help));
+            }
+        }
+    }
+
+    /// Checks whatever the modules declare, used or not.
+    pub fn declarations(&mut self) {
+        for (id, item) in self.program.items() {
+            match &item.node {
+                Item::Let(_) => drop(self.let_value(id)),
+                Item::Function(_) => drop(self.callable(id)),
+                Item::Motion(_) => drop(self.motion(id)),
+                Item::Shape(_) => drop(self.shape(id)),
+                Item::Extern(_) => drop(self.signature(id)),
+                _ => {}
+            }
+        }
+    }
+
+    /// A parameter of anything. Its type is the declared one, else that of its default.
+    pub fn parameter(&mut self, scope: &mut Scope, param: &'a ast::Parameter) -> Parameter {
+        let name = &param.name;
+        let declared = param.type_.as_ref().map(|type_| self.type_(type_, &scope.generics));
+        let why = Wanted::declared(format!("`{}`", name.node), name.span);
+        let default = param.default.as_ref().map(|default| match &declared {
+            Some(type_) => self.wanted(scope, default, type_, &why),
+            None => self.expr(scope, default),
+        });
+        let type_ = match (declared, &default) {
+            (Some(type_), _) => type_,
+            (None, Some(default)) => default.type_.clone(),
+            (None, None) => Type::Poison,
+        };
+        let limit = match &type_ {
+            Type::Range(dim) | Type::Vector(dim) => Type::Number(dim.clone()),
+            Type::Count => Type::Number(Dim::none()),
+            other => other.clone(),
+        };
+        let range = param.range.as_ref().map(|(low, high)| {
+            let why = Wanted { what: format!("a limit of `{}`", name.node), ..why };
+            (self.wanted(scope, low, &limit, &why), self.wanted(scope, high, &limit, &why))
+        });
+        let checked = Parameter {
+            name: name.node.clone(),
+            doc: param.doc.clone(),
+            type_,
+            default,
+            range,
+            span: name.span,
+        };
+        if let Some(default) = &checked.default {
+            self.bound(&checked, default);
+        }
+        checked
+    }
+
+    fn parameters(&mut self, scope: &mut Scope, params: &'a [ast::Parameter]) -> Vec<Parameter> {
+        let mut checked: Vec<Parameter> = Vec::new();
+        for (number, param) in params.iter().enumerate() {
+            let name = &param.name;
+            if let Some(first) = checked.iter().find(|first| first.name == name.node) {
+                let problem = Problem::error(
+                    &crate::resolve::DUPLICATE_NAME,
+                    format!("two parameters are called `{}`", name.node),
+                );
+                self.report(problem.at(name.span, "again here").with(first.span, "first declared here"));
+            }
+            let param = self.parameter(&mut Scope { locals: Vec::new(), ..scope.clone() }, param);
+            let inside =
+                if param.type_ == Type::Count { Type::Number(Dim::none()) } else { param.type_.clone() };
+            scope.add(&name.node, Kind::Argument(number), inside);
+            checked.push(param);
+        }
+        checked
+    }
+
+    fn type_(&mut self, type_: &Spanned<TypeExpr>, generics: &[String]) -> Type {
+        let found = match &type_.node {
+            TypeExpr::OneOf(words) => Ok(Type::Word(words.iter().map(|word| word.node.clone()).collect())),
+            TypeExpr::Vector(dim) => self.units.dim(dim, generics).map(Type::Vector),
+            TypeExpr::Range(dim) => self.units.dim(dim, generics).map(Type::Range),
+            TypeExpr::Dim(dim) => match dim.factors.as_slice() {
+                [(name, (1, 1))] => match name.node.as_str() {
+                    "bool" => Ok(Type::Truth),
+                    "agent" => Ok(Type::Agent(None)),
+                    "point" => Ok(Type::Vector(self.units.base("length"))),
+                    "area" => Ok(Type::Area),
+                    "list" => Ok(Type::List),
+                    "count" => Ok(Type::Count),
+                    _ => self.units.dim(dim, generics).map(Type::Number),
+                },
+                _ => self.units.dim(dim, generics).map(Type::Number),
+            },
+        };
+        found.unwrap_or_else(|problem| {
+            self.report(*problem);
+            Type::Poison
+        })
+    }
+
+    /// The value of a top-level `let`; `None` if it has none.
+    pub fn let_value(&mut self, id: ItemId) -> Option<Arc<Expr>> {
+        let Item::Let(decl) = &self.program.item(id)?.node else { return None };
+        match self.seen.lets.get(&id) {
+            Some(Some(value)) => return Some(value.clone()).filter(|value| !value.is_poison()),
+            Some(None) => {
+                self.report(
+                    Problem::error(&CIRCULAR, format!("`{}` is needed to find itself", decl.name.node))
+                        .at(decl.name.span, "its value refers, over others or directly, to itself"),
+                );
+                self.seen.lets.insert(id, Some(Arc::new(Expr::poison(decl.name.span))));
+                return None;
+            }
+            None => {}
+        }
+        self.seen.lets.insert(id, None);
+        let level = std::mem::take(&mut self.level);
+        let value = self.expr(&mut Scope::of(id.module), &decl.value);
+        self.level = level;
+        let told = matches!(self.seen.lets.get(&id), Some(Some(_)));
+        let value = Arc::new(if told { Expr::poison(value.span) } else { value });
+        self.seen.lets.insert(id, Some(value.clone()));
+        Some(value).filter(|value| !value.is_poison())
+    }
+
+    fn local_let(&mut self, scope: &mut Scope, decl: &'a LetDecl) {
+        let value = self.expr(scope, &decl.value);
+        let type_ = value.type_.clone();
+        scope.add(&decl.name.node, Kind::Let(Arc::new(value)), type_);
+    }
+
+    /// A function or distribution; `None` while its own body is being checked.
+    pub fn callable(&mut self, id: ItemId) -> Option<Arc<Callable>> {
+        let Item::Function(decl) = &self.program.item(id)?.node else { return None };
+        if let Some(seen) = self.seen.functions.get(&id) {
+            return seen.clone();
+        }
+        self.seen.functions.insert(id, None);
+        let level = std::mem::take(&mut self.level);
+        let function = Arc::new(self.function(id, decl));
+        self.level = level;
+        self.seen.functions.insert(id, Some(function.clone()));
+        Some(function)
+    }
+
+    fn function(&mut self, id: ItemId, decl: &'a FunctionDecl) -> Callable {
+        let mut scope = Scope::of(id.module);
+        scope.generics = decl.generics.iter().map(|name| name.node.clone()).collect();
+        let params = self.parameters(&mut scope, &decl.params);
+        let result = self.result(decl, &scope.generics);
+        let action = match &decl.body {
+            None => match built_in(&decl.name.node) {
+                Some(action) => action,
+                None => {
+                    let problem =
+                        Problem::error(&NOT_PROVIDED, format!("nothing provides `{}`", decl.name.node));
+                    self.report(problem.at(decl.name.span, "declared `extern`"));
+                    Action::Poison
+                }
+            },
+            Some(body) => {
+                for decl in &body.lets {
+                    self.local_let(&mut scope, decl);
+                }
+                scope.draws = decl.random;
+                let why = Wanted::declared(format!("the result of `{}`", decl.name.node), decl.result.span);
+                let value = self.wanted(&mut scope, &body.value, &result, &why);
+                if decl.random && !scope.drawn && !value.is_poison() {
+                    self.report(
+                        Problem::error(&NOTHING_DRAWN, format!("`{}` draws nothing", decl.name.node))
+                            .at(body.value.span, "nothing here is random")
+                            .help("declare it as `fn`"),
+                    );
+                }
+                match value.is_poison() {
+                    true => Action::Poison,
+                    false => {
+                        Action::Body(Arc::new(hir::Function { name: decl.name.node.clone(), body: value }))
+                    }
+                }
+            }
+        };
+        Callable { generics: scope.generics, params, result, random: decl.random, action }
+    }
+
+    fn result(&mut self, decl: &FunctionDecl, generics: &[String]) -> Type {
+        let result = self.type_(&decl.result, generics);
+        if result.is_plain() && result != Type::Count || result == Type::Poison {
+            return result;
+        }
+        let have = self.describe(&result);
+        self.report(
+            Problem::error(&super::fits::TYPE_MISMATCH, format!("a function cannot give {have}"))
+                .at(decl.result.span, "")
+                .help("it gives a number, a vector or a truth value"),
+        );
+        Type::Poison
+    }
+
+    pub fn motion(&mut self, id: ItemId) -> Option<Declared<Motion>> {
+        let Item::Motion(decl) = &self.program.item(id)?.node else { return None };
+        if let Some(seen) = self.seen.motions.get(&id) {
+            return Some(seen.clone());
+        }
+        let mut scope = Scope::of(id.module);
+        let params = self.parameters(&mut scope, &decl.params);
+        let motion = Arc::new(self.motion_body(&mut scope, decl));
+        self.seen.motions.insert(id, (params.clone().into(), motion.clone()));
+        Some((params.into(), motion))
+    }
+
+    fn motion_body(&mut self, scope: &mut Scope, decl: &'a MotionDecl) -> Motion {
+        let mut states: Vec<State> = Vec::new();
+        let lets = decl.lets.iter().map(|decl| (decl.name.span, Err(decl)));
+        let mut entries: Vec<(Span, Result<&'a StateDecl, &'a LetDecl>)> =
+            decl.states.iter().map(|state| (state.name.span, Ok(state))).chain(lets).collect();
+        entries.sort_by_key(|entry| entry.0);
+        for (_, entry) in entries {
+            match entry {
+                Err(decl) => self.local_let(scope, decl),
+                Ok(state) => {
+                    if let Some(first) = states.iter().position(|first| first.name == state.name.node) {
+                        self.twice(&state.name, decl.states.get(first).map(|first| first.name.span), "state");
+                        continue;
+                    }
+                    let start = self.drawn_or_set(scope, state);
+                    if !start.is_poison() && !matches!(start.type_, Type::Number(_) | Type::Vector(_)) {
+                        let have = self.describe(&start.type_);
+                        let problem =
+                            Problem::error(&super::fits::TYPE_MISMATCH, "a state is a number or a vector");
+                        self.report(problem.at(start.span, format!("this is {have}")));
+                    }
+                    scope.add(&state.name.node, Kind::State(states.len()), start.type_.clone());
+                    states.push(State { name: state.name.node.clone(), start, next: None });
+                }
+            }
+        }
+        for next in &decl.nexts {
+            let Some(number) = states.iter().position(|state| state.name == next.name.node) else {
+                let problem = Problem::error(
+                    &UNKNOWN_STATE,
+                    format!("`{}` has no state `{}`", decl.name.node, next.name.node),
+                )
+                .at(next.name.span, "");
+                let help = match did_you_mean(&next.name.node, states.iter().map(|state| state.name.as_str()))
+                {
+                    Some(meant) => format!("did you mean `{meant}`?"),
+                    None => format!("declare how it begins: `state {} = …`", next.name.node),
+                };
+                self.report(problem.help(help));
+                continue;
+            };
+            let value = self.drawn_or_set(scope, next);
+            let why = Wanted::declared(
+                format!("`next {}`", next.name.node),
+                decl.states
+                    .iter()
+                    .find(|s| s.name.node == next.name.node)
+                    .map_or(next.name.span, |s| s.name.span),
+            );
+            let Some(state) = states.get_mut(number) else { continue };
+            if state.next.is_some() {
+                let first = decl.nexts.iter().find(|first| first.name.node == next.name.node);
+                self.twice(&next.name, first.map(|first| first.name.span), "next value");
+                continue;
+            }
+            let type_ = state.start.type_.clone();
+            let value = self.fits(value, &type_, &why, &[], &mut Default::default());
+            state.next = Some(value);
+        }
+        Motion { name: decl.name.node.clone(), states, output: self.output(scope, decl) }
+    }
+
+    fn twice(&mut self, name: &ast::Name, first: Option<Span>, what: &str) {
+        let problem = Problem::error(
+            &crate::resolve::DUPLICATE_NAME,
+            format!("`{}` has this {what} already", name.node),
+        )
+        .at(name.span, "again here");
+        self.report(match first {
+            Some(first) => problem.with(first, "first here"),
+            None => problem,
+        });
+    }
+
+    fn output(&mut self, scope: &mut Scope, decl: &'a MotionDecl) -> Option<Output> {
+        let problem = match decl.outputs.as_slice() {
+            [output] => {
+                let (dim, make): (_, fn(Expr) -> Output) = match output.name.node.as_str() {
+                    "velocity" => ("speed", Output::Velocity),
+                    "position" => ("length", Output::Position),
+                    other => {
+                        let problem =
+                            Problem::error(&MOTION_OUTPUT, format!("a motion does not give `{other}`"))
+                                .at(output.name.span, "")
+                                .help("it gives `velocity` or `position`");
+                        self.report(problem);
+                        return None;
+                    }
+                };
+                let value = self.drawn_or_set(scope, output);
+                let type_ = Type::Vector(self.units.base(dim));
+                let why = Wanted::declared(format!("`{}`", output.name.node), output.name.span);
+                let value = self.fits(value, &type_, &why, &[], &mut Default::default());
+                return (!value.is_poison()).then(|| make(value));
+            }
+            [] => Problem::error(&MOTION_OUTPUT, format!("the motion `{}` moves nothing", decl.name.node))
+                .at(decl.name.span, "gives neither `velocity` nor `position`")
+                .help("end it with `velocity = (…, …)` or `position = (…, …)`"),
+            [first, second, ..] => Problem::error(&MOTION_OUTPUT, "a motion gives one thing")
+                .at(second.name.span, "a second one")
+                .with(first.name.span, "the first"),
+        };
+        self.report(problem);
+        None
+    }
+
+    /// `name = value` or `name ~ value`: whether it draws must show.
+    fn drawn_or_set(&mut self, scope: &mut Scope, decl: &'a StateDecl) -> Expr {
+        self.assigned(scope, &decl.name.node, decl.random, &decl.value)
+    }
+
+    /// The value of `name = …` (nothing is drawn) or `name ~ …` (something is).
+    pub fn assigned(&mut self, scope: &mut Scope, name: &str, random: bool, at: &'a ast::ExprAt) -> Expr {
+        let outer = (scope.draws, scope.drawn, scope.target.take());
+        (scope.draws, scope.drawn) = (random, false);
+        scope.target = (!random).then(|| name.to_owned());
+        let value = self.expr(scope, at);
+        let drawn = scope.drawn;
+        (scope.draws, scope.drawn, scope.target) = outer;
+        if random && !drawn && !value.is_poison() {
+            let problem = Problem::error(&NOTHING_DRAWN, format!("`{name} ~ …` draws nothing"))
+                .at(at.span, "nothing here is random")
+                .help(format!("write `{name} = {}`", self.sources.text(at.span)));
+            return self.poison(at.span, problem);
+        }
+        value
+    }
+
+    pub fn shape(&mut self, id: ItemId) -> Option<Declared<Shape>> {
+        let Item::Shape(decl) = &self.program.item(id)?.node else { return None };
+        if let Some(seen) = self.seen.shapes.get(&id) {
+            return Some(seen.clone());
+        }
+        let mut scope = Scope::of(id.module);
+        let params = self.parameters(&mut scope, &decl.params);
+        let shape = Arc::new(self.shape_body(&mut scope, decl));
+        self.seen.shapes.insert(id, (params.clone().into(), shape.clone()));
+        Some((params.into(), shape))
+    }
+
+    fn shape_body(&mut self, scope: &mut Scope, decl: &'a ShapeDecl) -> Shape {
+        for decl in &decl.lets {
+            self.local_let(scope, decl);
+        }
+        let point = Type::Vector(self.units.base("length"));
+        let why = Wanted::by("a slot");
+        let slots = match &decl.slots {
+            ShapeSlots::List(all) => {
+                Slots::List(all.iter().map(|slot| self.wanted(scope, slot, &point, &why)).collect())
+            }
+            ShapeSlots::Rule { number, count, value } => {
+                scope.add(&number.node, Kind::SlotNumber, Type::Number(Dim::none()));
+                scope.add(&count.node, Kind::SlotCount, Type::Number(Dim::none()));
+                Slots::Rule(self.wanted(scope, value, &point, &why))
+            }
+        };
+        Shape { name: decl.name.node.clone(), slots }
+    }
+
+    /// Whether a name is that of a thing of a space, else a problem that says what could be meant.
+    pub fn item_named(&mut self, space: Space, name: &ast::Name) -> Option<ItemId> {
+        let main = self.program.main;
+        if let Some(entry) = self.find(main, space, &name.node) {
+            return self.program.item(entry.id).map(|_| entry.id);
+        }
+        let noun = space.people().trim_start_matches("a ").to_owned();
+        let problem =
+            Problem::error(&super::expr::UNKNOWN_NAME, format!("there is no {noun} `{}`", name.node))
+                .at(name.span, "");
+        let other =
+            Space::ALL.into_iter().find(|&other| self.program.find(main, other, &name.node).is_some());
+        let help = match (
+            did_you_mean(&name.node, self.program.names(main, space)),
+            crate::resolve::standard_home(&name.node),
+            other,
+        ) {
+            (_, Some(path), _) => format!("the standard library has one: `use {path}.{}`", name.node),
+            (Some(meant), ..) => format!("did you mean `{meant}`?"),
+            (None, None, Some(other)) => format!("`{}` is {}", name.node, other.people()),
+            (None, None, None) => {
+                let known: Vec<&str> = self.program.names(main, space).collect();
+                format!("known here: {}", crate::resolve::listed(known))
+            }
+        };
+        self.report(problem.help(help));
+        None
+    }
+}
+
+/// The parameters of a declaration and what it declares.
+pub type Declared<T> = (Arc<[Parameter]>, Arc<T>);
+
+/// What the runtime provides for an `extern fn` or `extern dist`.
+fn built_in(name: &str) -> Option<Action> {
+    Some(Action::BuiltIn(match name {
+        "sqrt" => BuiltIn::Sqrt,
+        "sin" => BuiltIn::Sin,
+        "cos" => BuiltIn::Cos,
+        "tan" => BuiltIn::Tan,
+        "atan2" => BuiltIn::Atan2,
+        "exp" => BuiltIn::Exp,
+        "ln" => BuiltIn::Ln,
+        "tanh" => BuiltIn::Tanh,
+        "floor" => BuiltIn::Floor,
+        "mod" => BuiltIn::Mod,
+        "sign" => BuiltIn::Sign,
+        "min" => BuiltIn::Min,
+        "max" => BuiltIn::Max,
+        "clamp" => BuiltIn::Clamp,
+        "dot" => BuiltIn::Dot,
+        "cross" => BuiltIn::Cross,
+        "rotate" => BuiltIn::Rotate,
+        "unit_vector" => BuiltIn::Unit,
+        "outside" => return Some(Action::Quantity(Quantity::Outside)),
+        "uniform" => return Some(Action::Draw(Draw::Uniform)),
+        "normal" => return Some(Action::Draw(Draw::Normal)),
+        "unit_disc" => return Some(Action::Draw(Draw::UnitDisc)),
+        _ => return None,
+    }))
+}
+
+pub const MISSING_VALUE: Code = Code {
+    name: "missing-value",
+    explain: "\
+A parameter of a scenario needs a value to start from; `--set` changes it.
+
+    param side : length         // wrong
+    param side = 0.4 m          // right",
+};
+
+pub const UNKNOWN_OVERRIDE: Code = Code {
+    name: "unknown-override",
+    explain: "\
+`--set NAME=VALUE` names something that is no `param` of the scenario. Only parameters can be set from outside.
+
+    param side = 0.4 m
+    mpgx run … --set side=0.5m      // right",
+};
+
+pub const NOT_PROVIDED: Code = Code {
+    name: "not-provided",
+    explain: "An `extern` function of the standard library has no implementation. This is a mistake in mpgx.",
+};
+
+pub const NOTHING_DRAWN: Code = Code {
+    name: "nothing-drawn",
+    explain: "\
+`~` says that a value is drawn at random, but nothing after it is random.
+
+    start ~ (0 m, 0 m)          // wrong
+    start = (0 m, 0 m)          // right
+    start ~ near((0 m, 0 m), 0.2 m)     // right",
+};
+
+pub const UNKNOWN_STATE: Code = Code {
+    name: "unknown-state",
+    explain: "\
+`next` names a state that the motion does not declare.
+
+    state phase ~ uniform(0 deg, 360 deg)
+    next fase = phase + 1 deg       // wrong
+    next phase = phase + 1 deg      // right",
+};
+
+pub const MOTION_OUTPUT: Code = Code {
+    name: "motion-output",
+    explain: "\
+A motion gives exactly one of `velocity` and `position`.
+
+    motion drift(pace: speed) { velocity = (pace, 0 m/s) }      // right",
+};

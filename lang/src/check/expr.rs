@@ -1,0 +1,326 @@
+//! Expressions: literals, names and what they stand for.
+
+use super::fits::Wanted;
+use super::{Checker, Scope};
+use crate::ast::{self, ExprAt, Item, Name, Span};
+use crate::dim::Dim;
+use crate::hir::{Expr, Kind, Part, Type};
+use crate::plan::{Function, WorldConstant};
+use crate::problem::{Code, Problem, did_you_mean};
+use crate::resolve::{BUILT_IN, Entry, Space, listed};
+
+impl<'a> Checker<'a> {
+    pub fn expr(&mut self, scope: &mut Scope, at: &'a ExprAt) -> Expr {
+        let span = at.span;
+        self.level += 1;
+        let expr = if self.level > super::value::DEEPEST {
+            self.too_deep(span)
+        } else {
+            match &at.node {
+                ast::Expr::Number { value, unit } => {
+                    let (factor, dim) = match unit.as_ref().map(|unit| self.units.unit(&unit.node)) {
+                        None => (1.0, Dim::none()),
+                        Some(Ok(unit)) => unit,
+                        Some(Err(problem)) => {
+                            self.level -= 1;
+                            return self.poison(span, *problem);
+                        }
+                    };
+                    self.make(Kind::Number(in_si(*value, factor)), Type::Number(dim), span)
+                }
+                ast::Expr::Truth(truth) => self.make(Kind::Truth(*truth), Type::Truth, span),
+                ast::Expr::Name(name) => self.name(scope, name, span),
+                ast::Expr::Member(of, part) => self.member(scope, of, part, span),
+                ast::Expr::Index(of, index) => self.index(scope, of, index, span),
+                ast::Expr::Call(call) => self.call(scope, call, span),
+                ast::Expr::Vector(x, y) => self.vector(scope, x, y, span),
+                ast::Expr::List(all) => self.list(scope, all, span),
+                ast::Expr::Range(low, high) => self.range(scope, low, high, span),
+                ast::Expr::Bars(of) => self.bars(scope, of, span),
+                ast::Expr::Unary(op, operand) => self.unary(scope, *op, operand, span),
+                ast::Expr::Binary { op, op_span, left, right } => {
+                    self.binary(scope, *op, *op_span, (left, right), span)
+                }
+                ast::Expr::If { condition, then, otherwise } => {
+                    self.if_(scope, condition, (then, otherwise), span)
+                }
+                ast::Expr::Reduce { op, over, body } => self.reduce(scope, op, over, body, span),
+            }
+        };
+        self.level -= 1;
+        expr
+    }
+
+    fn vector(&mut self, scope: &mut Scope, x: &'a ExprAt, y: &'a ExprAt, at: Span) -> Expr {
+        let x = self.expr(scope, x);
+        let x = match &x.type_ {
+            Type::Number(_) | Type::Poison => x,
+            _ => self.fits(
+                x,
+                &Type::Number(Dim::none()),
+                &Wanted::by("x of a vector"),
+                &[],
+                &mut Default::default(),
+            ),
+        };
+        let why = Wanted::declared("y of this vector", x.span);
+        let y = self.expr(scope, y);
+        let y = self.fits(y, &x.type_, &why, &[], &mut Default::default());
+        match (&x.type_, y.is_poison()) {
+            (Type::Number(dim), false) => {
+                let type_ = Type::Vector(dim.clone());
+                self.make(Kind::Vector(Box::new(x), Box::new(y)), type_, at)
+            }
+            _ => Expr::poison(at),
+        }
+    }
+
+    fn list(&mut self, scope: &mut Scope, all: &'a [ExprAt], at: Span) -> Expr {
+        let why = Wanted::by("an entry of a list");
+        let all: Vec<Expr> =
+            all.iter().map(|entry| self.wanted(scope, entry, &Type::Number(Dim::none()), &why)).collect();
+        if all.iter().any(Expr::is_poison) {
+            return Expr::poison(at);
+        }
+        self.make(Kind::List(all), Type::List, at)
+    }
+
+    fn range(&mut self, scope: &mut Scope, low: &'a ExprAt, high: &'a ExprAt, at: Span) -> Expr {
+        let low = self.expr(scope, low);
+        let low = match &low.type_ {
+            Type::Number(_) | Type::Poison => low,
+            _ => self.fits(
+                low,
+                &Type::Number(Dim::none()),
+                &Wanted::by("an end of a range"),
+                &[],
+                &mut Default::default(),
+            ),
+        };
+        let why = Wanted::declared("the other end of this range", low.span);
+        let high = self.expr(scope, high);
+        let high = self.fits(high, &low.type_, &why, &[], &mut Default::default());
+        match (&low.type_, high.is_poison()) {
+            (Type::Number(dim), false) => {
+                let type_ = Type::Range(dim.clone());
+                self.make(Kind::Range(Box::new(low), Box::new(high)), type_, at)
+            }
+            _ => Expr::poison(at),
+        }
+    }
+
+    fn name(&mut self, scope: &mut Scope, name: &str, at: Span) -> Expr {
+        if let Some((kind, type_)) = scope.local(name) {
+            return self.make(kind, type_, at);
+        }
+        if name == "t" {
+            let time = self.units.base("time");
+            return self.make(Kind::Time, Type::Number(time), at);
+        }
+        if BUILT_IN.contains(&name) {
+            return self.poison(at, built_in_alone(name, at));
+        }
+        let Some(entry) = self.find(scope.module, Space::Value, name) else {
+            let problem = self.unknown_name(scope, name, at);
+            return self.poison(at, problem);
+        };
+        let Some(item) = self.program.item(entry.id) else { return Expr::poison(at) };
+        match &item.node {
+            Item::Param(param) => self.param_value(entry, &param.name, at),
+            Item::Let(_) => match self.let_value(entry.id) {
+                Some(value) => {
+                    let type_ = value.type_.clone();
+                    self.make(Kind::Let(value), type_, at)
+                }
+                None => Expr::poison(at),
+            },
+            Item::Agents(_) => self.group_as_agent(entry.id, name, at),
+            Item::Function(function) => {
+                let example = if function.params.is_empty() { "" } else { "…" };
+                let problem = Problem::error(&WRONG_KIND, format!("`{name}` is a function"))
+                    .at(at, "without its arguments")
+                    .help(format!("write `{name}({example})`"));
+                self.poison(at, problem)
+            }
+            Item::Formation { .. } => {
+                let problem = Problem::error(&WRONG_KIND, format!("`{name}` is a formation"))
+                    .at(at, "of which member?")
+                    .help(format!("`{name}[i]` is the place where member i belongs"));
+                self.poison(at, problem)
+            }
+            _ => Expr::poison(at),
+        }
+    }
+
+    fn param_value(&mut self, entry: Entry, name: &Name, at: Span) -> Expr {
+        self.used.insert(name.span);
+        let Some(&id) = self.ids.params.get(&entry.id) else { return Expr::poison(at) };
+        match self.hir.params.get(id) {
+            Some(param) => {
+                let type_ = Type::Number(param.dim.clone());
+                if param.default.is_poison() {
+                    return Expr::poison(at);
+                }
+                self.make(Kind::Param(id), type_, at)
+            }
+            None => {
+                let problem = Problem::error(&CIRCULAR, format!("`{}` is not known yet here", name.node))
+                    .at(at, "refers to a parameter that comes later")
+                    .with(name.span, "declared here")
+                    .help("a parameter may refer to those above it");
+                self.poison(at, problem)
+            }
+        }
+    }
+
+    /// Finds an item, and remembers that it is used.
+    pub fn find(&mut self, module: usize, space: Space, name: &str) -> Option<Entry> {
+        let entry = self.program.find(module, space, name)?;
+        if module == self.program.main && entry.imported {
+            self.used.insert(entry.at);
+        }
+        Some(entry)
+    }
+
+    fn unknown_name(&self, scope: &Scope, name: &str, at: Span) -> Problem {
+        let problem = Problem::error(&UNKNOWN_NAME, format!("there is no `{name}` here")).at(at, "");
+        let elsewhere = Space::ALL.into_iter().find(|&space| {
+            !matches!(space, Space::Value | Space::Protocol | Space::Unit | Space::Dimension)
+                && self.program.find(scope.module, space, name).is_some()
+        });
+        if let Some(space) = elsewhere {
+            let how = match space {
+                Space::Motion => format!("a group uses it as `motion = {name}(…)`"),
+                Space::Shape => format!("use it as `formation F of … = {name}(…) about …`"),
+                _ => "it has no value".to_owned(),
+            };
+            return problem.note(format!("`{name}` is {}, not a value", space.people())).help(how);
+        }
+        let locals = scope.locals.iter().map(|local| local.0.as_str());
+        let known = locals.chain(self.program.names(scope.module, Space::Value)).chain(BUILT_IN);
+        match did_you_mean(name, known) {
+            Some(meant) => problem.help(format!("did you mean `{meant}`?")),
+            None => match crate::resolve::standard_home(name) {
+                Some(path) => problem.help(format!("the standard library has one: `use {path}.{name}`")),
+                None => problem.help(format!("declare it, for example `param {name} = 1 m`")),
+            },
+        }
+    }
+
+    fn member(&mut self, scope: &mut Scope, of: &'a ExprAt, part: &Name, at: Span) -> Expr {
+        if matches!(&of.node, ast::Expr::Name(name) if name == "world") && scope.local("world").is_none() {
+            return self.world_constant(part, at);
+        }
+        let of = self.expr(scope, of);
+        let parts: &[(&str, Part)] = match &of.type_ {
+            Type::Poison => return Expr::poison(at),
+            Type::Vector(dim) => {
+                let function = match part.node.as_str() {
+                    "x" => Function::X,
+                    "y" => Function::Y,
+                    _ => return self.no_member(&of, part, &["x", "y"], at),
+                };
+                let type_ = Type::Number(dim.clone());
+                return self.make(Kind::BuiltIn(function, vec![of]), type_, at);
+            }
+            Type::Area => &AREA_PARTS,
+            Type::Range(_) => &RANGE_PARTS,
+            _ => &[],
+        };
+        let Some((_, found)) = parts.iter().find(|(name, _)| *name == part.node) else {
+            let names: Vec<&str> = parts.iter().map(|(name, _)| *name).collect();
+            return self.no_member(&of, part, &names, at);
+        };
+        let dim = if let Type::Range(dim) = &of.type_ { dim.clone() } else { self.units.base("length") };
+        self.make(Kind::Part(*found, Box::new(of)), Type::Number(dim), at)
+    }
+
+    fn no_member(&mut self, of: &Expr, part: &Name, known: &[&str], at: Span) -> Expr {
+        let have = self.describe(&of.type_);
+        let problem = Problem::error(&UNKNOWN_NAME, format!("{have} has no `{}`", part.node))
+            .at(part.span, "")
+            .with(of.span, format!("this is {have}"));
+        let problem = match (did_you_mean(&part.node, known.iter().copied()), known) {
+            (Some(meant), _) => problem.help(format!("did you mean `{meant}`?")),
+            (None, []) => problem,
+            (None, known) => problem.help(format!("it has {}", listed(known.iter().copied()))),
+        };
+        self.poison(at, problem)
+    }
+
+    fn world_constant(&mut self, part: &Name, at: Span) -> Expr {
+        let (constant, dim) = match part.node.as_str() {
+            "dt" => (WorldConstant::Dt, "time"),
+            "safety" => (WorldConstant::Safety, "length"),
+            "horizon" => (WorldConstant::Horizon, "steps"),
+            other => {
+                let known = ["dt", "safety", "horizon"];
+                let problem = Problem::error(&UNKNOWN_NAME, format!("`world` has no `{other}`"));
+                let problem = problem.at(part.span, "").help(match did_you_mean(other, known) {
+                    Some(meant) => format!("did you mean `{meant}`?"),
+                    None => format!("it has {}", listed(known)),
+                });
+                return self.poison(at, problem);
+            }
+        };
+        let dim = self.units.base(dim);
+        self.make(Kind::World(constant), Type::Number(dim), at)
+    }
+}
+
+/// Units that are a whole part of another are divided by its number: 95% is 0.95, not 0.9500000000000001.
+fn in_si(value: f64, factor: f64) -> f64 {
+    let parts = factor.recip().round();
+    if factor < 1.0 && parts.recip() == factor { value / parts } else { value * factor }
+}
+
+const AREA_PARTS: [(&str, Part); 4] =
+    [("left", Part::Left), ("right", Part::Right), ("bottom", Part::Bottom), ("top", Part::Top)];
+const RANGE_PARTS: [(&str, Part); 2] = [("low", Part::Low), ("high", Part::High)];
+
+fn built_in_alone(name: &str, at: Span) -> Problem {
+    let (what, help) = match name {
+        "p" => ("the positions of all agents", "`p[i]` is the position of agent i"),
+        "v" => ("the velocities of all agents", "`v[i]` is the velocity of agent i"),
+        "heading" => ("the headings of all agents", "`heading[i]` is the heading of agent i"),
+        "world" => ("no value by itself", "it has `world.dt`, `world.safety` and `world.horizon`"),
+        "all" | "pairs" => ("a set", "run over it: `sum(i in all) …`, `count(i, j in pairs(all)) …`"),
+        _ => ("a function", "write `box(-1 m .. 1 m, -1 m .. 1 m)`"),
+    };
+    Problem::error(&WRONG_KIND, format!("`{name}` is {what}")).at(at, "").help(help)
+}
+
+pub const UNKNOWN_NAME: Code = Code {
+    name: "unknown-name",
+    explain: "\
+A name that is not declared in this file, not imported by `use`, and no index variable around.
+
+    param side = 0.4 m
+    formation F of follower = square(sied) about leader     // wrong
+    formation F of follower = square(side) about leader     // right
+
+What the standard library has beyond units and the usual maths is imported by `use`.",
+};
+
+pub const WRONG_KIND: Code = Code {
+    name: "wrong-kind",
+    explain: "\
+A name was used as something that it is not: a function without arguments, a formation without a member,
+a motion as a number.
+
+    crash = -k_c * collisions       // wrong: a function
+    crash = -k_c * collisions()     // right",
+};
+
+pub const CIRCULAR: Code = Code {
+    name: "circular",
+    explain: "\
+A value is needed to find itself.
+
+    let a = 2 * b
+    let b = a + 1       // wrong: a needs b, b needs a
+
+    fn f(x: number) -> number = f(x - 1)    // wrong: functions cannot call themselves
+
+A parameter may refer to the parameters above it only.",
+};

@@ -1,0 +1,243 @@
+//! Values out of range and arrangements that cannot work, in training and in each evaluation.
+
+use std::collections::BTreeSet;
+
+use super::Checker;
+use super::value::OUT_OF_RANGE;
+use crate::ast::Span;
+use crate::case::Case;
+use crate::hir::{Bound, Expr, Kind, Slots};
+use crate::inline::Refusal;
+use crate::problem::{Code, Problem};
+use crate::resolve::Space;
+
+impl Checker<'_> {
+    pub fn feasible(&mut self) {
+        let mut cases = vec![(Case::training(&self.hir), None)];
+        for protocol in &self.hir.protocols {
+            cases.push((Case::of(&self.hir, protocol), Some((protocol.name.clone(), protocol.span))));
+        }
+        let mut told: BTreeSet<(&str, Option<Span>)> = BTreeSet::new();
+        for (case, protocol) in cases {
+            for problem in self.infeasible(&case) {
+                if !told.insert((problem.code.name, problem.span())) {
+                    continue;
+                }
+                self.report(match &protocol {
+                    None => problem,
+                    Some((name, span)) => problem.with(*span, format!("in the evaluation `{name}`")),
+                });
+            }
+        }
+    }
+
+    fn infeasible(&self, case: &Case) -> Vec<Problem> {
+        let mut problems = Vec::new();
+        problems.extend(self.hir.bounds.iter().filter_map(|bound| self.out_of_bounds(case, bound)));
+        self.world_limits(case, &mut problems);
+        for group in &case.world.groups {
+            for setting in [&group.arena, &group.speed].into_iter().flatten() {
+                self.rising(case, setting, &mut problems);
+            }
+            for (name, value) in group.body.iter().flat_map(|body| &body.settings) {
+                if let Some((low, high)) = case.range(value)
+                    && low > high
+                {
+                    problems.push(empty_range(value.span, &format!("`{name}`")));
+                }
+            }
+        }
+        for formation in 0..case.world.formations.len() {
+            self.formation(case, formation, &mut problems);
+        }
+        problems
+    }
+
+    fn out_of_bounds(&self, case: &Case, bound: &Bound) -> Option<Problem> {
+        let too_large = || case.value(&bound.value).err().filter(|why| *why == Refusal::TooLarge);
+        let Some(value) = case.number(&bound.value) else {
+            return too_large().map(|_| super::value::too_large(bound.value.span));
+        };
+        let at = bound.value.span;
+        let text = self.sources.text(at);
+        if bound.whole && (value.fract() != 0.0 || value < 0.0) {
+            let message = format!("`{}` must be a whole number, not negative", bound.name);
+            let problem = Problem::error(&OUT_OF_RANGE, message).at(at, format!("this is {value}"));
+            return Some(problem.with(bound.declared, "declared here"));
+        }
+        let (low, high) = bound.range.as_ref()?;
+        let (low_value, high_value) = (case.number(low)?, case.number(high)?);
+        if (low_value..=high_value).contains(&value) {
+            return None;
+        }
+        let (low, high) = (self.sources.text(low.span), self.sources.text(high.span));
+        let message = format!("`{}` must lie between {low} and {high}", bound.name);
+        let above = value > high_value;
+        let label = if above { format!("above {high}") } else { format!("below {low}") };
+        let mut problem = Problem::error(&OUT_OF_RANGE, message).at(at, label);
+        if bound.declared != at {
+            problem = problem.with(bound.declared, format!("declared in {low} .. {high}"));
+        }
+        let nearest = if above { high } else { low };
+        Some(match matches!(bound.value.kind, Kind::Number(_) | Kind::Unary(..)) {
+            true => problem.help(format!("the nearest value allowed is {nearest}")),
+            false => problem.note(format!("`{text}` comes to {value} in SI units")),
+        })
+    }
+
+    fn world_limits(&self, case: &Case, problems: &mut Vec<Problem>) {
+        let world = &case.world;
+        let mut limit = |setting: &Option<Expr>, message: &str, right: fn(f64) -> bool| {
+            if let Some(setting) = setting
+                && let Some(value) = case.number(setting)
+                && !right(value)
+            {
+                let text = self.sources.text(setting.span);
+                problems
+                    .push(Problem::error(&OUT_OF_RANGE, message).at(setting.span, format!("this is {text}")));
+            }
+        };
+        limit(&world.dt, "the time step must be above 0 s", |dt| dt > 0.0);
+        limit(&world.safety, "the safety distance must not be negative", |safety| safety >= 0.0);
+        limit(&world.horizon, "the horizon must be a whole number of steps, from 1", |steps| {
+            steps >= 1.0 && steps.fract() == 0.0 && steps <= 1e9
+        });
+    }
+
+    /// The ends of a range or of the sides of an area must not be the wrong way round.
+    fn rising(&self, case: &Case, setting: &Expr, problems: &mut Vec<Problem>) {
+        let wrong = |low: f64, high: f64| low.partial_cmp(&high) != Some(std::cmp::Ordering::Less);
+        if let Some((low, high)) = case.range(setting)
+            && wrong(low, high)
+        {
+            problems.push(empty_range(setting.span, "the speed limit"));
+        }
+        if let Some(area) = case.area(setting) {
+            let sides = if let Kind::Area(x, y) = &setting.kind {
+                (x.span, y.span)
+            } else {
+                (setting.span, setting.span)
+            };
+            for ((low, high), span, name) in [(area.x_m, sides.0, "width"), (area.y_m, sides.1, "height")] {
+                if wrong(low, high) {
+                    problems.push(empty_range(span, &format!("the {name} of the arena")));
+                }
+            }
+        }
+    }
+
+    fn formation(&self, case: &Case, number: usize, problems: &mut Vec<Problem>) {
+        let Some(formation) = case.world.formations.get(number) else { return };
+        let Some(shape) = &formation.shape else { return };
+        let Some(group) = case.world.groups.get(formation.group) else { return };
+        if group.size == 0 {
+            return;
+        }
+        if let Slots::List(slots) = &shape.what.slots
+            && slots.len() != group.size
+        {
+            let name = &shape.what.name;
+            let message = format!(
+                "`{name}` has {} but `{}` has {}",
+                counted(slots.len(), "place"),
+                group.name,
+                counted(group.size, "agent")
+            );
+            let problem = Problem::error(&SLOT_COUNT, message)
+                .at(shape.span, format!("arranges {}", counted(slots.len(), "agent")))
+                .with(group.span, counted(group.size, "agent"))
+                .help(self.shapes_that_fit(&group.name, group.size, slots.len()));
+            problems.push(problem);
+            return;
+        }
+        let (Some(slots), Some(safety)) = (case.slots(number), case.constants.safety_m) else { return };
+        let about = case.world.groups.get(formation.about).map_or("", |group| group.name.as_str());
+        let mut places: Vec<(String, (f64, f64))> = vec![(format!("`{about}`"), (0.0, 0.0))];
+        places.extend(
+            slots.into_iter().enumerate().map(|(k, slot)| (format!("`{}[{}]`", formation.name, k + 1), slot)),
+        );
+        let distance = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0).hypot(a.1 - b.1);
+        let mut nearest: Option<(f64, usize, usize)> = None;
+        for (j, b) in places.iter().enumerate().take(LOOKED_AT) {
+            for (i, a) in places.iter().enumerate().take(j) {
+                let apart = distance(a.1, b.1);
+                if apart < nearest.map_or(f64::INFINITY, |nearest| nearest.0) {
+                    nearest = Some((apart, i, j));
+                }
+            }
+        }
+        let Some((apart, i, j)) = nearest else { return };
+        // Rounding must not make a square of just the safety distance too small.
+        if apart < safety * (1.0 - 1e-9) {
+            let name = |k: usize| places.get(k).map_or("", |place| place.0.as_str());
+            let message = format!(
+                "{} and {} are {} m apart, below the safety distance of {} m",
+                name(i),
+                name(j),
+                rounded(apart),
+                rounded(safety)
+            );
+            let problem =
+                Problem::error(&SLOTS_TOO_CLOSE, message).at(shape.span, "in their places these two collide");
+            let safety_at = case.world.safety.as_ref().map(|safety| safety.span);
+            let problem = match safety_at {
+                Some(at) => problem.with(at, "the safety distance"),
+                None => problem,
+            };
+            problems.push(problem.help("enlarge the formation or lower the safety distance"));
+        }
+    }
+
+    fn shapes_that_fit(&self, group: &str, size: usize, places: usize) -> String {
+        let fitting = self.seen.shapes.values().find(|(_, shape)| match &shape.slots {
+            Slots::Rule(_) => true,
+            Slots::List(slots) => slots.len() == size,
+        });
+        let fitting =
+            fitting.filter(|_| self.program.names(self.program.main, Space::Shape).next().is_some());
+        let resize = format!("declare `{group}[{places}]`");
+        match fitting {
+            Some((_, shape)) => format!("{resize}, or use a shape of {size}, for example `{}`", shape.name),
+            None => format!("{resize}, or use a shape with {}", counted(size, "place")),
+        }
+    }
+}
+
+/// Places whose distances are compared.
+const LOOKED_AT: usize = 500;
+
+fn empty_range(at: Span, what: &str) -> Problem {
+    Problem::error(&OUT_OF_RANGE, format!("{what} is empty"))
+        .at(at, "the low end is not below the high end")
+        .help("write `low .. high`")
+}
+
+fn counted(number: usize, noun: &str) -> String {
+    format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
+}
+
+/// For people: to the micrometre.
+fn rounded(metres: f64) -> f64 {
+    (metres * 1e6).round() / 1e6
+}
+
+pub const SLOT_COUNT: Code = Code {
+    name: "slot-count",
+    explain: "\
+A formation shape with a list of slots arranges just as many agents.
+
+    agents follower[4] : point { … }
+    formation F of follower = square(0.4 m) about leader        // wrong: `square` has three places
+    formation F of follower = line(0.4 m) about leader          // right: `line` has a rule for any number",
+};
+
+pub const SLOTS_TOO_CLOSE: Code = Code {
+    name: "slots-too-close",
+    explain: "\
+Two places of a formation, or a place and the agent it is about, are closer than the safety distance: agents that
+do what they should would collide.
+
+    world { dt = 0.1 s, safety = 0.1 m }
+    formation F of follower = square(0.05 m) about leader       // wrong
+    formation F of follower = square(0.4 m) about leader        // right",
+};

@@ -1,0 +1,286 @@
+//! Whether a value is what a place wants, and how to say what is wrong otherwise.
+
+use super::{Checker, Scope};
+use crate::ast::{self, ExprAt, Span};
+use crate::dim::{Dim, Ratio, Substitution};
+use crate::hir::{Expr, Kind, Type};
+use crate::plan::{BinaryOp, Function, Reduction, UnaryOp};
+use crate::problem::{Code, Problem, did_you_mean};
+use crate::resolve::listed;
+
+/// What wants a value.
+#[derive(Clone, Debug)]
+pub struct Wanted {
+    /// For people, as the subject of a sentence: "`radius`", "the filter".
+    pub what: String,
+    pub declared: Option<Span>,
+}
+
+impl Wanted {
+    pub fn by(what: impl Into<String>) -> Wanted {
+        Wanted { what: what.into(), declared: None }
+    }
+
+    pub fn declared(what: impl Into<String>, at: Span) -> Wanted {
+        Wanted { what: what.into(), declared: Some(at) }
+    }
+
+    fn show(&self, problem: Problem, text: String) -> Problem {
+        match self.declared {
+            Some(at) => problem.with(at, text),
+            None => problem.note(text),
+        }
+    }
+}
+
+impl<'a> Checker<'a> {
+    /// Checks an expression that shall be of a type.
+    pub fn wanted(&mut self, scope: &mut Scope, at: &'a ExprAt, type_: &Type, why: &Wanted) -> Expr {
+        self.wanted_generic(scope, at, type_, why, &[], &mut Substitution::default())
+    }
+
+    /// As [`Checker::wanted`]; the dimension variables `generics` of the type are solved for.
+    pub fn wanted_generic(
+        &mut self,
+        scope: &mut Scope,
+        at: &'a ExprAt,
+        type_: &Type,
+        why: &Wanted,
+        generics: &[String],
+        solved: &mut Substitution,
+    ) -> Expr {
+        if let Type::Word(words) = type_ {
+            return self.word(at, words, why);
+        }
+        let value = self.expr(scope, at);
+        self.fits(value, type_, why, generics, solved)
+    }
+
+    fn word(&mut self, at: &ExprAt, words: &[String], why: &Wanted) -> Expr {
+        let all = || words.iter().map(String::as_str);
+        let problem = match &at.node {
+            ast::Expr::Name(name) if words.contains(name) => {
+                return self.make(Kind::Word(name.clone()), Type::Word(words.to_vec()), at.span);
+            }
+            ast::Expr::Name(name) => {
+                let problem = Problem::error(&UNKNOWN_WORD, format!("{} cannot be `{name}`", why.what));
+                problem.at(at.span, "").help(match did_you_mean(name, all()) {
+                    Some(meant) => format!("did you mean `{meant}`?"),
+                    None => format!("it is one of {}", listed(all())),
+                })
+            }
+            _ => Problem::error(&UNKNOWN_WORD, format!("{} is a word", why.what))
+                .at(at.span, "this is not")
+                .help(format!("write one of {}", listed(all()))),
+        };
+        let problem = match why.declared {
+            Some(declared) => problem.with(declared, "declared here"),
+            None => problem,
+        };
+        self.poison(at.span, problem)
+    }
+
+    /// Gives the value if it fits, poison otherwise.
+    pub fn fits(
+        &mut self,
+        value: Expr,
+        wanted: &Type,
+        why: &Wanted,
+        generics: &[String],
+        solved: &mut Substitution,
+    ) -> Expr {
+        let agree = match (&value.type_, wanted) {
+            (Type::Poison, _) | (_, Type::Poison) => true,
+            (Type::Number(dim), Type::Number(pattern))
+            | (Type::Vector(dim), Type::Vector(pattern))
+            | (Type::Range(dim), Type::Range(pattern)) => {
+                if !solved.unify(pattern, dim, generics) {
+                    let wanted = solved.apply(pattern, generics).unwrap_or_default();
+                    let problem = self.unit_mismatch(&value, dim, &wanted, why);
+                    return self.poison(value.span, problem);
+                }
+                true
+            }
+            (Type::Number(dim), Type::Count) => {
+                if !dim.is_none() {
+                    let problem = self.unit_mismatch(&value, dim, &Dim::none(), why);
+                    return self.poison(value.span, problem);
+                }
+                true
+            }
+            (Type::Agent(_), Type::Agent(None)) => true,
+            (have, wanted) => have == wanted,
+        };
+        if agree {
+            return value;
+        }
+        let (have, want) = (self.describe(&value.type_), self.describe(wanted));
+        let problem = Problem::error(&TYPE_MISMATCH, format!("{} must be {want}, not {have}", why.what))
+            .at(value.span, format!("this is {have}"));
+        let problem = why.show(problem, format!("{} is {want}", why.what));
+        let problem = match self.type_remedy(&value, wanted) {
+            Some(help) => problem.help(help),
+            None => problem,
+        };
+        self.poison(value.span, problem)
+    }
+
+    fn unit_mismatch(&self, value: &Expr, have: &Dim, wanted: &Dim, why: &Wanted) -> Problem {
+        let (have_text, want_text) = (self.units.people(have), self.units.people(wanted));
+        let message = format!("{} must be {want_text}, not {have_text}", why.what);
+        let problem = Problem::error(&UNIT_MISMATCH, message).at(value.span, format!("this is {have_text}"));
+        let problem = why.show(problem, format!("{} is {want_text}", why.what));
+        match self.unit_remedy(value, have, wanted) {
+            Some(help) => problem.help(help),
+            None => problem,
+        }
+    }
+
+    fn type_remedy(&self, value: &Expr, wanted: &Type) -> Option<String> {
+        let text = self.sources.text(value.span);
+        match (&value.type_, wanted) {
+            (Type::Number(_), Type::Truth) => {
+                Some(format!("compare it with something, for example `{text} > 0`"))
+            }
+            (Type::Vector(_), Type::Number(_)) => {
+                Some(format!("`|{text}|` is its length, `.x` and `.y` are its parts"))
+            }
+            (Type::Number(_), Type::Range(_)) => {
+                Some(format!("write both ends, for example `-{text} .. {text}`"))
+            }
+            (Type::Number(_), Type::Vector(_)) => Some("a vector is written `(x, y)`".to_owned()),
+            (_, Type::Area) => Some("an area is written `box(-1 m .. 1 m, -1 m .. 1 m)`".to_owned()),
+            (_, Type::List) => Some("a list is written `[400, 300]`".to_owned()),
+            _ => None,
+        }
+    }
+
+    /// What a type is, in words.
+    pub fn describe(&self, type_: &Type) -> String {
+        match type_ {
+            Type::Number(dim) => self.units.people(dim),
+            Type::Vector(dim) if dim.is_none() => "a vector of plain numbers".to_owned(),
+            Type::Vector(dim) => format!("a vector ({})", self.units.name(dim)),
+            Type::Truth => "true or false".to_owned(),
+            Type::Count => "a whole number".to_owned(),
+            Type::Agent(group) => match group.and_then(|group| self.hir.world.groups.get(group)) {
+                Some(group) => format!("an agent of `{}`", group.name),
+                None => "an agent".to_owned(),
+            },
+            Type::Area => "an area".to_owned(),
+            Type::Range(dim) => format!("a range ({})", self.units.name(dim)),
+            Type::List => "a list of numbers".to_owned(),
+            Type::Word(words) => format!("one of {}", listed(words.iter().map(String::as_str))),
+            Type::Poison => "unknown".to_owned(),
+        }
+    }
+
+    /// How a value of dimension `have` could become one of dimension `wanted`.
+    pub fn unit_remedy(&self, value: &Expr, have: &Dim, wanted: &Dim) -> Option<String> {
+        let missing = wanted.div(have)?;
+        let mut factors = Vec::new();
+        collect_factors(value, Ratio::ONE, &mut factors);
+        let whole = |expr: &Expr| expr.span == value.span;
+        for (factor, exponent) in &factors {
+            let Kind::Param(id) = factor.kind else { continue };
+            let param = self.hir.params.get(id)?;
+            let dim = param.dim.mul(&missing.pow(exponent.inverse()?)?)?;
+            let number = literal(&param.default, self.sources.text(param.default.span));
+            let example = with_unit(number.as_deref().unwrap_or("1"), &self.units.si(&dim));
+            return Some(format!(
+                "give `{}` {}, for example `{example}`",
+                param.name,
+                self.units.people(&dim).replace("a plain number", "no unit")
+            ));
+        }
+        for (factor, exponent) in &factors {
+            let Type::Number(dim) = &factor.type_ else { continue };
+            let text = self.sources.text(factor.span);
+            let Some(number) = literal(factor, text) else { continue };
+            let dim = dim.mul(&missing.pow(exponent.inverse()?)?)?;
+            let example = with_unit(&number, &self.units.si(&dim));
+            return Some(match whole(factor) || matches!(value.kind, Kind::Unary(..)) {
+                true => format!("write `{}`", self.sources.text(value.span).replacen(text, &example, 1)),
+                false => format!("give the factor `{text}` {}: `{example}`", self.units.people(&dim)),
+            });
+        }
+        let unit = self.units.si(&missing);
+        (!unit.is_empty())
+            .then(|| format!("multiply it by {}, for example `1 {unit}`", self.units.people(&missing)))
+    }
+}
+
+/// What a number is multiplied from, with exponents.
+fn collect_factors<'e>(expr: &'e Expr, exponent: Ratio, into: &mut Vec<(&'e Expr, Ratio)>) {
+    match &expr.kind {
+        Kind::Number(_) | Kind::Param(_) => into.push((expr, exponent)),
+        Kind::Unary(UnaryOp::Neg, operand) => collect_factors(operand, exponent, into),
+        Kind::Binary(BinaryOp::Mul, left, right) => {
+            collect_factors(left, exponent, into);
+            collect_factors(right, exponent, into);
+        }
+        Kind::Binary(BinaryOp::Div, left, right) => {
+            collect_factors(left, exponent, into);
+            collect_factors(right, exponent.negated(), into);
+        }
+        Kind::BuiltIn(Function::Abs, args) => {
+            args.iter().for_each(|arg| collect_factors(arg, exponent, into));
+        }
+        Kind::Reduce {
+            op: Reduction::Sum | Reduction::Mean | Reduction::Min | Reduction::Max, body, ..
+        } => {
+            collect_factors(body, exponent, into);
+        }
+        _ => {}
+    }
+}
+
+/// The number of a literal as it was written, without its unit.
+fn literal(expr: &Expr, text: &str) -> Option<String> {
+    matches!(expr.kind, Kind::Number(_)).then_some(())?;
+    let end = text.find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | '_'))).unwrap_or(text.len());
+    let exponent = text[end..].strip_prefix(['e', 'E']).and_then(|rest| {
+        let digits = rest.strip_prefix(['-', '+']).unwrap_or(rest);
+        let length = digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());
+        (length > 0).then_some(end + 1 + (rest.len() - digits.len()) + length)
+    });
+    let number = &text[..exponent.unwrap_or(end)];
+    (!number.is_empty()).then(|| number.to_owned())
+}
+
+fn with_unit(number: &str, unit: &str) -> String {
+    if unit.is_empty() { number.to_owned() } else { format!("{number} {unit}") }
+}
+
+pub const UNIT_MISMATCH: Code = Code {
+    name: "unit-mismatch",
+    explain: "\
+Every number has a dimension: a length, a time, a speed, or none. Only like can be added, compared or put where
+its like is wanted.
+
+    world { dt = 0.1 }          // wrong: a plain number is no time
+    world { dt = 0.1 s }        // right
+
+    -|p[i] - p[j]| - n          // wrong: a length less a plain number
+    -|p[i] - p[j]| - n * 1 m    // right
+
+Zero needs a unit too: 0 m.",
+};
+
+pub const TYPE_MISMATCH: Code = Code {
+    name: "type-mismatch",
+    explain: "\
+A place wants one kind of thing and got another: a number where a vector is wanted, a truth value where a number is.
+
+    start ~ 0.2 m               // wrong: a start is a point
+    start ~ near((0 m, 0 m), 0.2 m)     // right",
+};
+
+pub const UNKNOWN_WORD: Code = Code {
+    name: "unknown-word",
+    explain: "\
+Some settings are chosen from a few words, which their declaration lists.
+
+    learn mpg { noise_reading = variances }     // wrong
+    learn mpg { noise_reading = variance }      // right",
+};

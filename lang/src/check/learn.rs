@@ -1,0 +1,300 @@
+//! What learns, with which settings, and what it is compared with.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::fits::Wanted;
+use super::settings::MISSING;
+use super::{Checker, Scope};
+use crate::ast::{Assignment, Call, ExternDecl, Item, Name, Span};
+use crate::dim::Substitution;
+use crate::hir::{Expr, Extern, Kind, Method, Parameter, Type};
+use crate::problem::{Code, Problem, did_you_mean};
+use crate::resolve::{ItemId, Space, listed};
+
+/// Settings that `learn` chooses: those of the preset, then those of its block.
+#[derive(Default)]
+struct Chosen<'a> {
+    preset: Option<(&'a [Name], &'a [Assignment])>,
+    own: &'a [Assignment],
+}
+
+impl<'a> Checker<'a> {
+    pub fn learning(&mut self) {
+        self.check_presets();
+        let main = self.program.main;
+        let found = self.only("learn", |item| match item {
+            Item::Learn { algorithm, preset, settings } => Some((algorithm, preset, settings)),
+            _ => None,
+        });
+        let mut chosen = Chosen::default();
+        match found {
+            None => {
+                let problem =
+                    Problem::error(&MISSING, "nothing is learned").at(self.anywhere(), "no `learn` here");
+                self.report(problem.help("write for example `learn mpg with tuned { steps = 20000 }`"));
+            }
+            Some(((algorithm, preset, settings), _)) => {
+                if let Some(id) = self.item_named(Space::Algorithm, algorithm) {
+                    chosen.own = settings;
+                    chosen.preset = preset.as_ref().and_then(|preset| self.preset(algorithm, preset));
+                    self.known_settings(algorithm, id, settings);
+                    let learner = self.method(&algorithm.node, algorithm.span, id, &chosen, None);
+                    self.hir.learners.extend(learner);
+                }
+            }
+        }
+        let mut labels: BTreeMap<&str, Span> = BTreeMap::new();
+        if let Some(((algorithm, ..), _)) = found {
+            labels.insert(&algorithm.node, algorithm.span);
+        }
+        let compared = self.only("compare", |item| match item {
+            Item::Compare(calls) => Some(calls),
+            _ => None,
+        });
+        for call in compared.map(|(calls, _)| calls).into_iter().flatten() {
+            let name = &call.node.name;
+            if let Some(first) = labels.get(name.node.as_str()) {
+                self.report(
+                    Problem::error(&DUPLICATE_METHOD, format!("`{}` is compared already", name.node))
+                        .at(name.span, "again here")
+                        .with(*first, "first here"),
+                );
+                continue;
+            }
+            labels.insert(&name.node, name.span);
+            if self.program.find(main, Space::Algorithm, &name.node).is_some() {
+                let Some(id) = self.item_named(Space::Algorithm, name) else { continue };
+                let learner = self.method(&name.node, name.span, id, &chosen, Some(&call.node));
+                self.hir.learners.extend(learner);
+            } else if self.program.find(main, Space::Controller, &name.node).is_some() {
+                let Some(id) = self.item_named(Space::Controller, name) else { continue };
+                let none = Chosen::default();
+                let controller = self.method(&name.node, name.span, id, &none, Some(&call.node));
+                self.hir.controllers.extend(controller);
+            } else {
+                self.unknown_method(name);
+            }
+        }
+        self.seeds();
+    }
+
+    fn unknown_method(&mut self, name: &Name) {
+        let main = self.program.main;
+        let known: Vec<&str> = self
+            .program
+            .names(main, Space::Algorithm)
+            .chain(self.program.names(main, Space::Controller))
+            .collect();
+        let problem = Problem::error(
+            &super::expr::UNKNOWN_NAME,
+            format!("there is no learning algorithm or controller `{}`", name.node),
+        );
+        let help = match did_you_mean(&name.node, known.iter().copied()) {
+            Some(meant) => format!("did you mean `{meant}`?"),
+            None => format!("there are {}", listed(known)),
+        };
+        self.report(problem.at(name.span, "").help(help));
+    }
+
+    fn seeds(&mut self) {
+        let found = self.only("seeds", |item| match item {
+            Item::Seeds(seeds) => Some(seeds),
+            _ => None,
+        });
+        let Some((seeds, _)) = found else { return };
+        let seeds =
+            self.wanted(&mut Scope::of(self.program.main), seeds, &Type::Count, &Wanted::by("`seeds`"));
+        if self.whole(&seeds, "the number of seeds", 1.0).is_some_and(|seeds| seeds > 10_000) {
+            let problem = Problem::error(&super::value::OUT_OF_RANGE, "there can be at most 10000 seeds");
+            self.report(problem.at(seeds.span, ""));
+        }
+        self.hir.seeds = Some(seeds);
+    }
+
+    /// The parameters of an `extern`, with those of the one it is based on.
+    pub fn signature(&mut self, id: ItemId) -> Option<Arc<[Parameter]>> {
+        let Item::Extern(decl) = &self.program.item(id)?.node else { return None };
+        if let Some(seen) = self.seen.externs.get(&id) {
+            return Some(seen.clone());
+        }
+        self.seen.externs.insert(id, Arc::new([]));
+        let params = match &decl.base {
+            Some(base) => self.based_on(id, decl, base).unwrap_or_default(),
+            None => {
+                let mut scope = Scope::of(id.module);
+                decl.params.iter().map(|param| self.parameter(&mut scope, param)).collect()
+            }
+        };
+        let params: Arc<[Parameter]> = params.into();
+        self.seen.externs.insert(id, params.clone());
+        Some(params)
+    }
+
+    fn based_on(&mut self, id: ItemId, decl: &'a ExternDecl, base: &'a Call) -> Option<Vec<Parameter>> {
+        let space = match decl.kind {
+            crate::ast::ExternKind::Algorithm => Space::Algorithm,
+            crate::ast::ExternKind::Controller => Space::Controller,
+            crate::ast::ExternKind::Body => Space::Body,
+        };
+        let entry = self.program.find(id.module, space, &base.name.node)?;
+        let params = self.signature(entry.id)?;
+        let mut scope = Scope::of(id.module);
+        let args = self.bind(&mut scope, base, base.name.span, &params, (&[], &mut Substitution::default()));
+        let changed = params.iter().zip(args);
+        Some(changed.map(|(param, default)| Parameter { default: Some(default), ..param.clone() }).collect())
+    }
+
+    /// Every setting of a preset must be one of each algorithm it is for.
+    fn check_presets(&mut self) {
+        for (id, item) in self.program.items() {
+            let Item::Preset { for_, settings, .. } = &item.node else { continue };
+            for (number, algorithm) in for_.iter().enumerate() {
+                let Some(entry) = self.find(id.module, Space::Algorithm, &algorithm.node) else {
+                    self.item_named(Space::Algorithm, algorithm);
+                    continue;
+                };
+                let Some(params) = self.signature(entry.id) else { continue };
+                let names: Vec<&str> = params.iter().map(|param| param.name.as_str()).collect();
+                if number == 0 {
+                    let known = self.settings(&format!("`{}`", algorithm.node), settings, &names);
+                    for (name, setting) in known {
+                        if let Some(param) = params.iter().find(|param| param.name == name) {
+                            self.setting(setting, param);
+                        }
+                    }
+                } else {
+                    for setting in settings {
+                        if let [name] = setting.path.as_slice()
+                            && !names.contains(&name.node.as_str())
+                        {
+                            self.unknown_setting(&format!("`{}`", algorithm.node), name, &names);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn preset(&mut self, algorithm: &Name, preset: &Name) -> Option<(&'a [Name], &'a [Assignment])> {
+        let id = self.item_named(Space::Preset, preset)?;
+        let Item::Preset { for_, settings, name, .. } = &self.program.item(id)?.node else { return None };
+        if !for_.iter().any(|fits| fits.node == algorithm.node) {
+            let problem = Problem::error(
+                &PRESET_MISMATCH,
+                format!("the preset `{}` is not for `{}`", preset.node, algorithm.node),
+            )
+            .at(preset.span, "")
+            .with(name.span, format!("for {}", listed(for_.iter().map(|name| name.node.as_str()))));
+            let main = self.program.main;
+            let fitting: Vec<&str> = self
+                .program
+                .names(main, Space::Preset)
+                .filter(|preset| self.preset_fits(preset, &algorithm.node))
+                .collect();
+            self.report(match fitting.is_empty() {
+                true => problem.help(format!("there is none for `{}`: leave it out", algorithm.node)),
+                false => problem.help(format!("for `{}` there is {}", algorithm.node, listed(fitting))),
+            });
+            return None;
+        }
+        Some((for_, settings))
+    }
+
+    fn preset_fits(&self, preset: &str, algorithm: &str) -> bool {
+        let entry = self.program.find(self.program.main, Space::Preset, preset);
+        let item = entry.and_then(|entry| self.program.item(entry.id));
+        matches!(item.map(|item| &item.node), Some(Item::Preset { for_, .. })
+            if for_.iter().any(|fits| fits.node == algorithm))
+    }
+
+    fn known_settings(&mut self, algorithm: &Name, id: ItemId, settings: &'a [Assignment]) {
+        let Some(params) = self.signature(id) else { return };
+        let names: Vec<&str> = params.iter().map(|param| param.name.as_str()).collect();
+        let known = self.settings(&format!("`{}`", algorithm.node), settings, &names);
+        for (name, setting) in known {
+            if let Some(param) = params.iter().find(|param| param.name == name) {
+                self.setting(setting, param);
+            }
+        }
+    }
+
+    /// A method with all its settings: declared, of the preset, of `learn`, of its own arguments; the last counts.
+    fn method(
+        &mut self,
+        label: &str,
+        span: Span,
+        id: ItemId,
+        chosen: &Chosen<'a>,
+        call: Option<&'a Call>,
+    ) -> Option<Method> {
+        let mut params = self.signature(id)?.to_vec();
+        let preset = chosen.preset.filter(|(for_, _)| for_.iter().any(|name| name.node == label));
+        let layers = [preset.map(|(_, settings)| settings), Some(chosen.own)];
+        for setting in layers.into_iter().flatten().flatten() {
+            if let [name] = setting.path.as_slice()
+                && let Some(param) = params.iter_mut().find(|param| param.name == name.node)
+            {
+                param.default = Some(self.quietly(|checker| checker.setting(setting, param)));
+            }
+        }
+        let args = match call {
+            Some(call) => {
+                let mut scope = Scope::of(self.program.main);
+                self.bind(&mut scope, call, span, &params, (&[], &mut Substitution::default()))
+            }
+            None => {
+                let missing = params.iter().find(|param| param.default.is_none());
+                if let Some(param) = missing {
+                    let problem =
+                        Problem::error(&MISSING, format!("`{label}` needs a value for `{}`", param.name));
+                    let help = format!("write `learn {label} {{ {} = … }}`", param.name);
+                    self.report(
+                        problem.at(span, "").with(param.span, "declared without a default").help(help),
+                    );
+                }
+                params
+                    .iter()
+                    .map(|param| param.default.clone().unwrap_or_else(|| Expr::poison(span)))
+                    .collect()
+            }
+        };
+        for (param, value) in params.iter().zip(&args) {
+            if !matches!(value.kind, Kind::Number(_)) {
+                self.constant_setting(value, &format!("`{}`", param.name));
+            }
+        }
+        let settings = params.into_iter().map(|param| param.name).zip(args).collect();
+        Some(Method { label: label.to_owned(), what: Extern { name: label.to_owned(), settings }, span })
+    }
+
+    /// Checks again what was checked, without reporting anything again.
+    fn quietly<T>(&mut self, check: impl FnOnce(&mut Self) -> T) -> T {
+        let told = std::mem::take(self.problems);
+        let bounds = self.hir.bounds.len();
+        let result = check(self);
+        self.hir.bounds.truncate(bounds);
+        *self.problems = told;
+        result
+    }
+}
+
+pub const PRESET_MISMATCH: Code = Code {
+    name: "preset-mismatch",
+    explain: "\
+A preset is for the algorithms that its declaration lists.
+
+    preset quick for td3 { steps = 1000 }
+    learn mpg with quick        // wrong
+    learn td3 with quick        // right",
+};
+
+pub const DUPLICATE_METHOD: Code = Code {
+    name: "duplicate-method",
+    explain: "\
+A method appears once in a study: in `learn`, or in `compare`.
+
+    learn mpg
+    compare { td3, mpg }        // wrong: mpg is there already
+    compare { td3 }             // right",
+};

@@ -1,0 +1,204 @@
+//! The reward's terms and the ends of an episode: all that is added up has one dimension.
+
+use super::fits::{TYPE_MISMATCH, Wanted};
+use super::settings::MISSING;
+use super::value::OUT_OF_RANGE;
+use super::{Checker, Scope};
+use crate::ast::{self, Item, Name, Span};
+use crate::dim::Dim;
+use crate::hir::{End, Expr, Kind, Term, Type};
+use crate::problem::{Code, Problem};
+use crate::resolve::DUPLICATE_NAME;
+
+/// A term or a cost, with its dimension.
+struct Summand {
+    name: String,
+    /// `the cost of `crash`` or just the name.
+    what: String,
+    value: Expr,
+    dim: Dim,
+}
+
+impl<'a> Checker<'a> {
+    pub fn reward(&mut self) {
+        let found = self.only("reward", |item| match item {
+            Item::Reward(terms) => Some(terms),
+            _ => None,
+        });
+        let mut summands = Vec::new();
+        match found {
+            Some((terms, _)) if !terms.is_empty() => {
+                self.distinct(terms.iter().map(|term| &term.name), "reward term");
+                terms.iter().for_each(|term| summands.extend(self.term(term)));
+            }
+            other => {
+                let at = other.map_or_else(|| self.anywhere(), |(_, span)| span);
+                let problem = Problem::error(&MISSING, "the scenario has no reward").at(at, "");
+                self.report(problem.help("write for example `reward { gap = -|p[leader] - p[follower]| }`"));
+            }
+        }
+        let found = self.only("end", |item| match item {
+            Item::End(ends) => Some(ends),
+            _ => None,
+        });
+        if let Some((ends, _)) = found {
+            self.distinct(ends.iter().map(|end| &end.name), "end");
+            ends.iter().for_each(|end| summands.extend(self.end(end)));
+        }
+        self.one_dimension(&summands);
+    }
+
+    fn distinct(&mut self, names: impl Iterator<Item = &'a Name> + Clone, what: &str) {
+        for (number, name) in names.clone().enumerate() {
+            if let Some(first) = names.clone().take(number).find(|first| first.node == name.node) {
+                let problem =
+                    Problem::error(&DUPLICATE_NAME, format!("two of the {what}s are called `{}`", name.node));
+                self.report(problem.at(name.span, "again here").with(first.span, "first here"));
+            }
+        }
+    }
+
+    fn term(&mut self, term: &'a ast::RewardTerm) -> Option<Summand> {
+        let value = self.expr(&mut Scope::of(self.program.main), &term.value);
+        let value = self.number(value, &format!("the term `{}`", term.name.node));
+        let Type::Number(dim) = value.type_.clone() else { return None };
+        let name = term.name.node.clone();
+        self.hir.world.reward.push(Term {
+            name: name.clone(),
+            doc: term.doc.clone(),
+            value: value.clone(),
+            span: term.name.span,
+        });
+        Some(Summand { what: format!("`{name}`"), name, value, dim })
+    }
+
+    fn end(&mut self, end: &'a ast::EndItem) -> Option<Summand> {
+        let mut scope = Scope::of(self.program.main);
+        let name = end.name.node.clone();
+        let when = self.wanted(&mut scope, &end.when, &Type::Truth, &Wanted::by("the condition of an end"));
+        let cost = end.cost.as_ref().map(|cost| {
+            let cost = self.expr(&mut scope, cost);
+            self.number(cost, &format!("the cost of `{name}`"))
+        });
+        if let Some(cost) = &cost {
+            self.not_negative(cost, &name);
+        }
+        self.hir.world.ends.push(End { name: name.clone(), when, cost: cost.clone(), span: end.name.span });
+        let value = cost?;
+        let Type::Number(dim) = value.type_.clone() else { return None };
+        Some(Summand { what: format!("the cost of `{name}`"), name, value, dim })
+    }
+
+    fn not_negative(&mut self, cost: &Expr, name: &str) {
+        let value = match self.inlined(cost) {
+            Some(crate::inline::Value::Expr(value)) => self.constants.number(&value),
+            _ => None,
+        };
+        if value.is_some_and(|value| value < 0.0) {
+            let text = self.sources.text(cost.span).trim_start_matches('-').trim_start().to_owned();
+            self.report(
+                Problem::error(&OUT_OF_RANGE, format!("the cost of `{name}` is negative"))
+                    .at(cost.span, "costs are taken from the reward")
+                    .help(format!("write `costs {text}`")),
+            );
+        }
+    }
+
+    /// A number of any dimension; poison for anything else.
+    fn number(&mut self, value: Expr, what: &str) -> Expr {
+        if matches!(value.type_, Type::Number(_) | Type::Poison) {
+            return value;
+        }
+        let have = self.describe(&value.type_);
+        let problem = Problem::error(&TYPE_MISMATCH, format!("{what} must be a number, not {have}"))
+            .at(value.span, format!("this is {have}"));
+        let text = self.sources.text(value.span);
+        let problem = match value.type_ {
+            Type::Vector(_) => problem.help(format!("`|{text}|` is the vector's length")),
+            Type::Truth => problem.help(format!("`if {text} then 1 else 0` is a number")),
+            _ => problem,
+        };
+        self.poison(value.span, problem)
+    }
+
+    fn one_dimension(&mut self, summands: &[Summand]) {
+        // What most have is meant; the first of equals.
+        let count = |dim: &Dim| summands.iter().filter(|other| other.dim == *dim).count();
+        let Some(most) = summands.iter().map(|summand| count(&summand.dim)).max() else { return };
+        let Some(reference) = summands.iter().find(|summand| count(&summand.dim) == most) else { return };
+        self.hir.reward_dim = reference.dim.clone();
+        let problems: Vec<Problem> = summands
+            .iter()
+            .filter(|summand| summand.dim != reference.dim)
+            .map(|summand| self.unlike_summands(reference, summand))
+            .collect();
+        problems.into_iter().for_each(|problem| self.report(problem));
+    }
+
+    fn unlike_summands(&self, reference: &Summand, odd: &Summand) -> Problem {
+        let (right, wrong) = (self.units.people(&reference.dim), self.units.people(&odd.dim));
+        let message =
+            format!("{} is {wrong} and {} is {right}: they cannot be added", odd.what, reference.what);
+        let mut problem = Problem::error(&REWARD_MISMATCH, message)
+            .at(odd.value.span, format!("this is {wrong}"))
+            .with(reference.value.span, format!("this is {right}"))
+            .note(self.aligned(reference, odd));
+        for (span, text) in self.factors_declared(&odd.value) {
+            problem = problem.with(span, text);
+        }
+        match self.unit_remedy(&odd.value, &odd.dim, &reference.dim) {
+            Some(help) => problem.help(help),
+            None => problem,
+        }
+    }
+
+    /// Both dimensions, one below the other.
+    fn aligned(&self, a: &Summand, b: &Summand) -> String {
+        let width = a.name.chars().count().max(b.name.chars().count());
+        let line = |summand: &Summand| {
+            let unit = self.units.si(&summand.dim);
+            let unit = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
+            format!("{:width$} : {}{unit}", summand.name, self.units.name(&summand.dim))
+        };
+        format!("all terms and costs of a reward share one dimension:\n{}\n{}", line(a), line(b))
+    }
+
+    /// The parameters that a value is multiplied from, where they are declared.
+    fn factors_declared(&self, value: &Expr) -> Vec<(Span, String)> {
+        let mut found = Vec::new();
+        let mut rest = vec![value];
+        while let Some(expr) = rest.pop() {
+            match &expr.kind {
+                Kind::Param(id) => {
+                    let Some(param) = self.hir.params.get(*id) else { continue };
+                    let label =
+                        (param.span, format!("`{}` is {}", param.name, self.units.people(&param.dim)));
+                    if !found.contains(&label) {
+                        found.push(label);
+                    }
+                }
+                Kind::Unary(_, operand) => rest.push(operand),
+                Kind::Binary(crate::plan::BinaryOp::Mul | crate::plan::BinaryOp::Div, left, right) => {
+                    rest.extend([&**left, &**right]);
+                }
+                _ => {}
+            }
+        }
+        found
+    }
+}
+
+pub const REWARD_MISMATCH: Code = Code {
+    name: "reward-mismatch",
+    explain: "\
+The terms of a reward and the costs of ends are added up, so they all have one dimension. A weight carries the unit
+that turns what it weighs into it.
+
+    param k_c = 1
+    reward {
+        gap   = -|p[leader] - p[follower]|
+        crash = -k_c * collisions()         // wrong: a plain number beside a length
+    }
+
+    param k_c = 1 m                         // right: what one collision costs, in metres of distance",
+};

@@ -1,0 +1,394 @@
+//! Agents, sets of them, and what is asked of each.
+
+use super::fits::Wanted;
+use super::{Checker, Scope};
+use crate::ast::{self, ExprAt, Item, Span, Spanned};
+use crate::dim::Dim;
+use crate::hir::{Expr, Kind, Over, Type};
+use crate::inline::group_of;
+use crate::plan::{FormationId, GroupId, IndexSet, Quantity, Reduction};
+use crate::problem::{Code, Problem, did_you_mean};
+use crate::resolve::{ItemId, Space, listed};
+
+impl<'a> Checker<'a> {
+    /// A group of one stands for its agent.
+    pub fn group_as_agent(&mut self, id: ItemId, name: &str, at: Span) -> Expr {
+        let Some(&group) = self.ids.groups.get(&id) else { return Expr::poison(at) };
+        match self.hir.world.groups.get(group).map(|group| group.size) {
+            Some(1) => self.make(Kind::Fixed(group, 0), Type::Agent(Some(group)), at),
+            None | Some(0) => Expr::poison(at),
+            Some(size) => {
+                let problem = Problem::error(
+                    &GROUP_AS_AGENT,
+                    format!("`{name}` is {size} agents; one is wanted"),
+                )
+                .at(at, format!("a group of {size}"))
+                .help(format!(
+                    "run over it, `… for i in {name}` or `sum(i in {name}) …`, or choose one: `{name}[1]`"
+                ));
+                self.poison(at, problem)
+            }
+        }
+    }
+
+    /// `p[i]`, `v[i]`, `heading[i]`, `F[i]`, `follower[2]`
+    pub fn index(&mut self, scope: &mut Scope, of: &'a ExprAt, index: &'a ExprAt, at: Span) -> Expr {
+        let ast::Expr::Name(name) = &of.node else {
+            let problem = Problem::error(&BAD_INDEX, "only names are followed by `[…]`").at(of.span, "");
+            return self.poison(
+                at,
+                problem.help("`p[i]`, `v[i]`, `heading[i]`, `F[i]` and `follower[1]` are understood"),
+            );
+        };
+        let quantity = match name.as_str() {
+            "p" => Some((Quantity::Position, Type::Vector(self.units.base("length")))),
+            "v" => Some((Quantity::Velocity, Type::Vector(self.units.base("speed")))),
+            "heading" => Some((Quantity::Heading, Type::Number(Dim::none()))),
+            _ => None,
+        };
+        if let Some((quantity, type_)) = quantity.filter(|_| scope.local(name).is_none()) {
+            let agent = self.agent_of(scope, name, index, at);
+            if agent.is_poison() {
+                return agent;
+            }
+            return self.make(Kind::Agent(quantity, Box::new(agent)), type_, at);
+        }
+        let entry = self.find(scope.module, Space::Value, name).filter(|_| scope.local(name).is_none());
+        let item = entry.and_then(|entry| Some((entry, self.program.item(entry.id)?)));
+        match item.map(|(entry, item)| (entry, &item.node)) {
+            Some((entry, Item::Formation { .. })) => self.slot(scope, entry.id, name, index, at),
+            Some((entry, Item::Agents(_))) => match self.ids.groups.get(&entry.id) {
+                Some(&group) => self.member_of(scope, group, index, at),
+                None => Expr::poison(at),
+            },
+            None if entry.is_none() && scope.local(name).is_none() => self.expr(scope, of),
+            _ => {
+                let problem = Problem::error(&BAD_INDEX, format!("`{name}` has no members"))
+                    .at(at, "")
+                    .help("`p[i]`, `v[i]`, `heading[i]`, a formation and a group are followed by `[…]`");
+                self.poison(at, problem)
+            }
+        }
+    }
+
+    fn agent_of(&mut self, scope: &mut Scope, what: &str, index: &'a ExprAt, at: Span) -> Expr {
+        if let Some(group) = self.group_named(scope, index)
+            && self.hir.world.groups.get(group).is_some_and(|group| group.size > 1)
+        {
+            return self.many(what, group, index.span, at);
+        }
+        let agent = self.expr(scope, index);
+        let why = Wanted::by(format!("what stands in `{what}[…]`"));
+        let number = matches!(agent.type_, Type::Number(_));
+        if number {
+            let problem = Problem::error(&BAD_INDEX, format!("`{what}[…]` wants an agent, not a number"))
+                .at(agent.span, "this is a number")
+                .help(match self.hir.world.groups.iter().find(|group| group.size > 1) {
+                    Some(group) => {
+                        format!(
+                            "a member is written `{what}[{}[{}]]`",
+                            group.name,
+                            self.sources.text(index.span)
+                        )
+                    }
+                    None => format!("write an agent's name or an index: `{what}[i]`"),
+                });
+            return self.poison(at, problem);
+        }
+        let agent = self.fits(agent, &Type::Agent(None), &why, &[], &mut Default::default());
+        if agent.is_poison() { Expr::poison(at) } else { agent }
+    }
+
+    /// A group of several where one agent is wanted.
+    fn many(&mut self, what: &str, group: GroupId, index: Span, at: Span) -> Expr {
+        let Some((name, size)) =
+            self.hir.world.groups.get(group).map(|group| (group.name.clone(), group.size))
+        else {
+            return Expr::poison(at);
+        };
+        let problem = Problem::error(
+            &GROUP_AS_AGENT,
+            format!("`{name}` is {size} agents; `{what}[…]` wants one"),
+        )
+        .at(index, format!("a group of {size}"))
+        .help(format!(
+            "write `{what}[i]` and say for which: `{what}[i] for i in {name}`, or `sum(i in {name}) …`"
+        ));
+        self.poison(at, problem)
+    }
+
+    fn group_named(&self, scope: &Scope, at: &ExprAt) -> Option<GroupId> {
+        let ast::Expr::Name(name) = &at.node else { return None };
+        if scope.local(name).is_some() {
+            return None;
+        }
+        self.ids.groups.get(&self.program.find(scope.module, Space::Value, name)?.id).copied()
+    }
+
+    /// `F[i]`, also `F[2]`
+    fn slot(&mut self, scope: &mut Scope, id: ItemId, name: &str, index: &'a ExprAt, at: Span) -> Expr {
+        let Some(&formation) = self.ids.formations.get(&id) else { return Expr::poison(at) };
+        let Some(group) = self.hir.world.formations.get(formation).map(|formation| formation.group) else {
+            return Expr::poison(at);
+        };
+        if group == usize::MAX {
+            return Expr::poison(at);
+        }
+        if let ast::Expr::Number { .. } = index.node {
+            let agent = self.member_of(scope, group, index, index.span);
+            return self.slot_of(formation, agent, at);
+        }
+        let agent = self.agent_of(scope, name, index, at);
+        if let Type::Agent(Some(other)) = agent.type_
+            && other != group
+        {
+            let groups = &self.hir.world.groups;
+            let (Some(own), Some(other)) = (groups.get(group), groups.get(other)) else {
+                return Expr::poison(at);
+            };
+            let message = format!("`{name}` has places for `{}`, not for `{}`", own.name, other.name);
+            let problem = Problem::error(&FOREIGN_SLOT, message)
+                .at(index.span, format!("an agent of `{}`", other.name))
+                .with(self.formation_span(formation), format!("`{name}` is a formation of `{}`", own.name))
+                .help(format!("run over its members: `i in {}`", own.name));
+            return self.poison(at, problem);
+        }
+        self.slot_of(formation, agent, at)
+    }
+
+    fn formation_span(&self, formation: FormationId) -> Span {
+        self.hir.world.formations.get(formation).map(|formation| formation.span).unwrap_or_default()
+    }
+
+    fn slot_of(&mut self, formation: FormationId, agent: Expr, at: Span) -> Expr {
+        if agent.is_poison() {
+            return Expr::poison(at);
+        }
+        let type_ = Type::Vector(self.units.base("length"));
+        self.make(Kind::Slot(formation, Box::new(agent)), type_, at)
+    }
+
+    /// `follower[2]`: members are numbered from 1.
+    fn member_of(&mut self, scope: &mut Scope, group: GroupId, index: &'a ExprAt, at: Span) -> Expr {
+        let why = Wanted::by("the number of a member");
+        let number = self.wanted(scope, index, &Type::Count, &why);
+        let Some((name, size, span)) =
+            self.hir.world.groups.get(group).map(|group| (group.name.clone(), group.size, group.span))
+        else {
+            return Expr::poison(at);
+        };
+        if size == 0 {
+            return Expr::poison(at);
+        }
+        let Some(number) = self.constant(&number, "the number of a member") else { return Expr::poison(at) };
+        if number.fract() != 0.0 || number < 1.0 || number > size as f64 {
+            let agents = if size == 1 { "agent" } else { "agents" };
+            let problem = Problem::error(&INDEX_OUT_OF_RANGE, format!("`{name}` has no member {number}"))
+                .at(index.span, format!("there is no number {number}"))
+                .with(span, format!("{size} {agents}"))
+                .help(match size {
+                    1 => "its only member is number 1".to_owned(),
+                    _ => format!("members are numbered from 1 to {size}"),
+                });
+            return self.poison(at, problem);
+        }
+        self.make(Kind::Fixed(group, number as usize - 1), Type::Agent(Some(group)), at)
+    }
+
+    /// `sum(i in follower if …) …`
+    pub fn reduce(
+        &mut self,
+        scope: &mut Scope,
+        op: &'a Spanned<Reduction>,
+        over: &'a ast::Over,
+        body: &'a ExprAt,
+        at: Span,
+    ) -> Expr {
+        let depth = scope.locals.len();
+        let checked = self.over(scope, over);
+        let word = reduction_word(op.node);
+        let truth = matches!(op.node, Reduction::Count | Reduction::Any | Reduction::All);
+        let body = if truth {
+            self.wanted(scope, body, &Type::Truth, &Wanted::by(format!("what `{word}` is taken of")))
+        } else {
+            let value = self.expr(scope, body);
+            match &value.type_ {
+                Type::Number(_) | Type::Poison => value,
+                _ => {
+                    let why = Wanted::by(format!("what `{word}` is taken of"));
+                    self.fits(value, &Type::Number(Dim::none()), &why, &[], &mut Default::default())
+                }
+            }
+        };
+        scope.locals.truncate(depth);
+        let Some(over) = checked.filter(|_| !body.is_poison()) else { return Expr::poison(at) };
+        let type_ = match op.node {
+            Reduction::Count => Type::Number(Dim::none()),
+            Reduction::Any | Reduction::All => Type::Truth,
+            _ => body.type_.clone(),
+        };
+        self.make(Kind::Reduce { op: op.node, over, body: Box::new(body) }, type_, at)
+    }
+
+    /// `i in set if filter`. The variables stay in the scope; whoever calls takes them out.
+    pub fn over(&mut self, scope: &mut Scope, over: &'a ast::Over) -> Option<Over> {
+        let set = self.set(scope, &over.set);
+        let group = set.as_ref().and_then(group_of);
+        let mut vars = Vec::new();
+        for name in &over.vars {
+            let id = self.next_var;
+            self.next_var += 1;
+            let type_ = if set.is_some() { Type::Agent(group) } else { Type::Poison };
+            scope.add(&name.node, Kind::Var(id), type_);
+            vars.push((id, name.node.clone()));
+        }
+        let wanted = if matches!(set, Some(IndexSet::Pairs(_))) { 2 } else { 1 };
+        if let (Some(_), [first, ..]) = (&set, over.vars.as_slice())
+            && vars.len() != wanted
+        {
+            let last = over.vars.last().unwrap_or(first);
+            let text = self.sources.text(over.set.span).to_owned();
+            let problem = Problem::error(
+                &WRONG_VARIABLES,
+                match wanted {
+                    2 => "a pair has two members".to_owned(),
+                    _ => format!("`{text}` gives one agent at a time"),
+                },
+            );
+            self.report(problem.at(first.span.to(last.span), format!("{} here", vars.len())).help(
+                match wanted {
+                    2 => format!("write `i, j in {text}`"),
+                    _ => format!("write `i in {text}`, or `i, j in pairs({text})`"),
+                },
+            ));
+            return None;
+        }
+        if let [a, b] = over.vars.as_slice()
+            && a.node == b.node
+        {
+            let problem = Problem::error(&WRONG_VARIABLES, format!("both members are called `{}`", a.node));
+            self.report(problem.at(b.span, "again here").with(a.span, "first here"));
+        }
+        let filter = match &over.filter {
+            Some(filter) => {
+                let filter = self.wanted(scope, filter, &Type::Truth, &Wanted::by("a filter"));
+                (!filter.is_poison()).then_some(Some(Box::new(filter)))?
+            }
+            None => None,
+        };
+        Some(Over { vars, set: set?, filter })
+    }
+
+    fn set(&mut self, scope: &mut Scope, at: &'a ExprAt) -> Option<IndexSet> {
+        match &at.node {
+            ast::Expr::Name(name) if name == "all" => return Some(IndexSet::All),
+            ast::Expr::Name(name) => {
+                if let Some(group) = self.group_named(scope, at) {
+                    return Some(IndexSet::Group(group));
+                }
+                let groups = || self.hir.world.groups.iter().map(|group| group.name.as_str());
+                if self.program.find(scope.module, Space::Value, name).is_none()
+                    && scope.local(name).is_none()
+                {
+                    let problem =
+                        Problem::error(&UNKNOWN_SET, format!("there is no group `{name}`")).at(at.span, "");
+                    let help = match did_you_mean(name, groups().chain(["all"])) {
+                        Some(meant) => format!("did you mean `{meant}`?"),
+                        None => format!("sets are {}", listed(groups().chain(["all", "pairs(all)"]))),
+                    };
+                    self.report(problem.help(help));
+                    return None;
+                }
+            }
+            ast::Expr::Call(call) if call.name.node == "pairs" => {
+                if let [argument] = call.args.as_slice()
+                    && argument.name.is_none()
+                {
+                    let set = self.set(scope, &argument.value)?;
+                    if !matches!(set, IndexSet::Pairs(_)) {
+                        return Some(IndexSet::Pairs(Box::new(set)));
+                    }
+                }
+                let problem = Problem::error(&UNKNOWN_SET, "`pairs` is taken of one group").at(at.span, "");
+                self.report(problem.help("write `pairs(all)` or `pairs(follower)`"));
+                return None;
+            }
+            _ => {}
+        }
+        let groups = self.hir.world.groups.iter().map(|group| group.name.as_str());
+        let problem = Problem::error(&UNKNOWN_SET, "this is no set of agents")
+            .at(at.span, "")
+            .help(format!("sets are {}", listed(groups.chain(["all", "pairs(all)"]))));
+        self.report(problem);
+        None
+    }
+}
+
+fn reduction_word(op: Reduction) -> &'static str {
+    match op {
+        Reduction::Sum => "sum",
+        Reduction::Mean => "mean",
+        Reduction::Min => "min",
+        Reduction::Max => "max",
+        Reduction::Count => "count",
+        Reduction::Any => "any",
+        Reduction::All => "all",
+    }
+}
+
+pub const GROUP_AS_AGENT: Code = Code {
+    name: "group-as-agent",
+    explain: "\
+A group of several agents stands where one agent is wanted. A group of one is its agent; of others, say which.
+
+    observe { p[follower] }                     // wrong with three followers
+    observe { p[i] for i in follower }          // right: all of them
+    observe { p[follower[1]] }                  // right: the first",
+};
+
+pub const BAD_INDEX: Code = Code {
+    name: "bad-index",
+    explain: "\
+Square brackets follow p, v, heading, a formation or a group, and hold an agent; of a group, the number of a member.
+
+    p[2]                        // wrong: a number is no agent
+    p[follower[2]]              // right",
+};
+
+pub const INDEX_OUT_OF_RANGE: Code = Code {
+    name: "index-out-of-range",
+    explain: "\
+Members of a group are numbered from 1 to its size.
+
+    agents follower[3] : point { … }
+    F[4]                        // wrong: three followers
+    F[3]                        // right: where the last belongs",
+};
+
+pub const FOREIGN_SLOT: Code = Code {
+    name: "foreign-slot",
+    explain: "\
+A formation has a place for each member of its group, and for nobody else.
+
+    formation F of follower = square(0.4 m) about leader
+    sum(i in all) |p[i] - F[i]|             // wrong: the leader has no place in F
+    sum(i in follower) |p[i] - F[i]|        // right",
+};
+
+pub const WRONG_VARIABLES: Code = Code {
+    name: "wrong-variables",
+    explain: "\
+A group gives one agent at a time, pairs give two.
+
+    sum(i in pairs(all)) …          // wrong
+    sum(i, j in pairs(all)) …       // right: each pair once",
+};
+
+pub const UNKNOWN_SET: Code = Code {
+    name: "unknown-set",
+    explain: "\
+After `in` stands a set: `all`, a group, or `pairs(…)` of one of these.
+
+    sum(i in followers) …           // wrong if the group is called follower
+    sum(i in follower) …            // right",
+};

@@ -1,0 +1,129 @@
+//! What the checker found out, for people and golden files.
+
+use crate::check::units::Units;
+use crate::hir::{Control, Expr, Extern, Hir, Type};
+use crate::plan::IndexSet;
+
+/// Every parameter, setting, observation, term and end with its type.
+pub fn describe(hir: &Hir, units: &Units) -> String {
+    let mut text = Text { units, hir, lines: vec![format!("scenario {}", hir.name)] };
+    for param in &hir.params {
+        let value = param.value.map_or("?".to_owned(), |value| value.to_string());
+        text.line(
+            0,
+            format!("param {} : {} = {value} {}", param.name, units.name(&param.dim), units.si(&param.dim)),
+        );
+    }
+    let world = &hir.world;
+    for (name, value) in [("dt", &world.dt), ("horizon", &world.horizon), ("safety", &world.safety)] {
+        text.typed(0, &format!("world.{name}"), value.as_ref());
+    }
+    for group in &world.groups {
+        text.line(0, format!("group {}[{}]", group.name, group.size));
+        if let Some(body) = &group.body {
+            text.provided(1, "body", body);
+        }
+        text.typed(1, "arena", group.arena.as_ref());
+        text.typed(1, "speed", group.speed.as_ref());
+        match &group.control {
+            Some(Control::Learned) => text.line(1, "control learned".to_owned()),
+            Some(Control::Motion(motion)) => {
+                text.line(1, format!("motion {}", motion.what.name));
+                for state in &motion.what.states {
+                    text.typed(2, &format!("state {}", state.name), Some(&state.start));
+                }
+            }
+            None => {}
+        }
+        text.typed(1, "start", group.start.as_ref());
+    }
+    for formation in &world.formations {
+        let name = |group: usize| world.groups.get(group).map_or("?", |group| group.name.as_str());
+        let shape = formation.shape.as_ref().map_or("?", |shape| shape.what.name.as_str());
+        let (of, about) = (name(formation.group), name(formation.about));
+        text.line(0, format!("formation {} of {of} = {shape} about {about}", formation.name));
+    }
+    for condition in &world.require {
+        text.typed(0, "require", Some(condition));
+    }
+    for observation in &world.observe {
+        let over = observation
+            .over
+            .as_ref()
+            .map_or(String::new(), |over| format!(" for each of {}", text.set(&over.set)));
+        let type_ = text.type_(&observation.value.type_);
+        text.line(0, format!("observe {type_}{over}"));
+    }
+    for term in &world.reward {
+        text.typed(0, &format!("reward {}", term.name), Some(&term.value));
+    }
+    for end in &world.ends {
+        text.typed(0, &format!("end {} when", end.name), Some(&end.when));
+        text.typed(1, "costs", end.cost.as_ref());
+    }
+    for learner in &hir.learners {
+        text.provided(0, "learner", &learner.what);
+    }
+    for controller in &hir.controllers {
+        text.provided(0, "controller", &controller.what);
+    }
+    for protocol in &hir.protocols {
+        text.line(0, format!("evaluate {} with {} changes", protocol.name, protocol.changes.len()));
+    }
+    for claim in &hir.claims {
+        text.line(0, format!("expect {:?}", claim.kind));
+    }
+    text.lines.push(String::new());
+    text.lines.join("\n")
+}
+
+struct Text<'a> {
+    units: &'a Units,
+    hir: &'a Hir,
+    lines: Vec<String>,
+}
+
+impl Text<'_> {
+    fn line(&mut self, depth: usize, line: String) {
+        self.lines.push("    ".repeat(depth) + line.trim_end());
+    }
+
+    fn typed(&mut self, depth: usize, name: &str, value: Option<&Expr>) {
+        if let Some(value) = value {
+            let type_ = self.type_(&value.type_);
+            self.line(depth, format!("{name} : {type_}"));
+        }
+    }
+
+    fn provided(&mut self, depth: usize, kind: &str, what: &Extern) {
+        self.line(depth, format!("{kind} {}", what.name));
+        for (name, value) in &what.settings {
+            self.typed(depth + 1, name, Some(value));
+        }
+    }
+
+    fn type_(&self, type_: &Type) -> String {
+        match type_ {
+            Type::Number(dim) => self.units.name(dim),
+            Type::Vector(dim) => format!("vec({})", self.units.name(dim)),
+            Type::Range(dim) => format!("range({})", self.units.name(dim)),
+            Type::Truth => "bool".to_owned(),
+            Type::Count => "count".to_owned(),
+            Type::Agent(_) => "agent".to_owned(),
+            Type::Area => "area".to_owned(),
+            Type::List => "list".to_owned(),
+            Type::Word(words) => format!("one of ({})", words.join(", ")),
+            Type::Poison => "?".to_owned(),
+        }
+    }
+
+    fn set(&self, set: &IndexSet) -> String {
+        match set {
+            IndexSet::All => "all".to_owned(),
+            IndexSet::Group(group) => {
+                self.hir.world.groups.get(*group).map_or("?", |group| &group.name).to_owned()
+            }
+            IndexSet::Pairs(set) => format!("pairs({})", self.set(set)),
+        }
+    }
+}

@@ -1,0 +1,362 @@
+//! The typed scenario: names resolved, every expression with its type, nothing inlined yet.
+
+use std::sync::Arc;
+
+use crate::ast::{Span, Spanned};
+use crate::dim::Dim;
+use crate::plan::{BinaryOp, ClaimKind, Function as BuiltIn, Quantity, Reduction, UnaryOp, WorldConstant};
+use crate::plan::{FormationId, GroupId, ParamId, VarId};
+
+/// What an expression is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Type {
+    Number(Dim),
+    /// Two numbers of a dimension.
+    Vector(Dim),
+    Truth,
+    /// A whole number, not negative; only as the type of a setting. In expressions it is a number.
+    Count,
+    /// An agent, of a group if that is known.
+    Agent(Option<GroupId>),
+    /// A box in the plane.
+    Area,
+    Range(Dim),
+    /// Plain numbers.
+    List,
+    /// One of these words; only as the type of a setting.
+    Word(Vec<String>),
+    /// Of an expression that a problem was reported for; it fits everywhere.
+    Poison,
+}
+
+#[derive(Clone, Debug)]
+pub struct Expr {
+    pub kind: Kind,
+    pub type_: Type,
+    pub span: Span,
+    /// Levels of the expression after inlining, at most.
+    pub depth: usize,
+}
+
+#[derive(Clone, Debug)]
+pub enum Kind {
+    Poison,
+    /// SI.
+    Number(f64),
+    Truth(bool),
+    Word(String),
+    Param(ParamId),
+    /// The value of a `let`.
+    Let(Arc<Expr>),
+    /// Parameter k of the function, motion or shape around.
+    Argument(usize),
+    State(usize),
+    SlotNumber,
+    SlotCount,
+    Time,
+    World(WorldConstant),
+    /// A setting of a group.
+    Setting(GroupId, OwnSetting),
+    /// The member of the group whose settings these are.
+    Member(GroupId),
+    /// A member (from 0) of a group.
+    Fixed(GroupId, usize),
+    Var(VarId),
+    Vector(Box<Expr>, Box<Expr>),
+    List(Vec<Expr>),
+    Range(Box<Expr>, Box<Expr>),
+    /// Ranges of x and y.
+    Area(Box<Expr>, Box<Expr>),
+    Part(Part, Box<Expr>),
+    Unary(UnaryOp, Box<Expr>),
+    Binary(BinaryOp, Box<Expr>, Box<Expr>),
+    BuiltIn(BuiltIn, Vec<Expr>),
+    Call(Arc<Function>, Vec<Expr>),
+    If {
+        condition: Box<Expr>,
+        then: Box<Expr>,
+        otherwise: Box<Expr>,
+    },
+    Agent(Quantity, Box<Expr>),
+    Slot(FormationId, Box<Expr>),
+    Reduce {
+        op: Reduction,
+        over: Over,
+        body: Box<Expr>,
+    },
+    Draw(Draw, Vec<Expr>),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OwnSetting {
+    Arena,
+    Speed,
+}
+
+/// A side of an area or an end of a range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    Left,
+    Right,
+    Bottom,
+    Top,
+    Low,
+    High,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Draw {
+    Uniform,
+    Normal,
+    UnitDisc,
+}
+
+/// `vars in set if filter`.
+#[derive(Clone, Debug)]
+pub struct Over {
+    pub vars: Vec<(VarId, String)>,
+    pub set: crate::plan::IndexSet,
+    pub filter: Option<Box<Expr>>,
+}
+
+/// A parameter of anything that can be called.
+#[derive(Clone, Debug)]
+pub struct Parameter {
+    pub name: String,
+    pub doc: String,
+    pub type_: Type,
+    pub default: Option<Expr>,
+    pub range: Option<(Expr, Expr)>,
+    pub span: Span,
+}
+
+/// A function or distribution with a body.
+#[derive(Debug)]
+pub struct Function {
+    pub name: String,
+    pub body: Expr,
+}
+
+#[derive(Clone, Debug)]
+pub struct Motion {
+    pub name: String,
+    pub states: Vec<State>,
+    /// `None` if a problem was reported.
+    pub output: Option<Output>,
+}
+
+#[derive(Clone, Debug)]
+pub struct State {
+    pub name: String,
+    pub start: Expr,
+    pub next: Option<Expr>,
+}
+
+#[derive(Clone, Debug)]
+pub enum Output {
+    Velocity(Expr),
+    Position(Expr),
+}
+
+/// How a formation arranges its members.
+#[derive(Clone, Debug)]
+pub struct Shape {
+    pub name: String,
+    pub slots: Slots,
+}
+
+#[derive(Clone, Debug)]
+pub enum Slots {
+    List(Vec<Expr>),
+    Rule(Expr),
+}
+
+/// Something called with its arguments, defaults filled in, in the order of the parameters.
+#[derive(Clone, Debug)]
+pub struct Called<T> {
+    pub what: Arc<T>,
+    pub args: Vec<Expr>,
+    pub span: Span,
+}
+
+/// Something that Rust provides, with a value for each of its settings.
+#[derive(Clone, Debug)]
+pub struct Extern {
+    pub name: String,
+    pub settings: Vec<(String, Expr)>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Param {
+    pub name: String,
+    pub doc: String,
+    pub dim: Dim,
+    pub default: Expr,
+    /// SI value under the overrides; `None` if a problem was reported.
+    pub value: Option<f64>,
+    pub span: Span,
+}
+
+/// A value that must lie in a range, if it is constant.
+#[derive(Clone, Debug)]
+pub struct Bound {
+    pub name: String,
+    pub value: Expr,
+    /// Low and high, both allowed.
+    pub range: Option<(Expr, Expr)>,
+    /// Whether it must be a whole number, not negative.
+    pub whole: bool,
+    /// Where it is declared.
+    pub declared: Span,
+}
+
+#[derive(Clone, Debug, Default)]
+pub struct World {
+    pub dt: Option<Expr>,
+    pub horizon: Option<Expr>,
+    pub safety: Option<Expr>,
+    pub groups: Vec<Group>,
+    pub formations: Vec<Formation>,
+    pub require: Vec<Expr>,
+    pub observe: Vec<Observation>,
+    pub reward: Vec<Term>,
+    pub ends: Vec<End>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Group {
+    pub name: String,
+    /// 0 if a problem was reported.
+    pub size: usize,
+    pub body: Option<Extern>,
+    pub arena: Option<Expr>,
+    pub speed: Option<Expr>,
+    pub control: Option<Control>,
+    pub start: Option<Expr>,
+    pub span: Span,
+}
+
+#[derive(Clone, Debug)]
+pub enum Control {
+    Learned,
+    Motion(Called<Motion>),
+}
+
+#[derive(Clone, Debug)]
+pub struct Formation {
+    pub name: String,
+    pub group: GroupId,
+    /// Of one agent.
+    pub about: GroupId,
+    /// `None` if a problem was reported.
+    pub shape: Option<Called<Shape>>,
+    pub span: Span,
+}
+
+#[derive(Clone, Debug)]
+pub struct Observation {
+    pub text: String,
+    pub value: Expr,
+    pub over: Option<Over>,
+    pub span: Span,
+}
+
+#[derive(Clone, Debug)]
+pub struct Term {
+    pub name: String,
+    pub doc: String,
+    pub value: Expr,
+    pub span: Span,
+}
+
+#[derive(Clone, Debug)]
+pub struct End {
+    pub name: String,
+    pub when: Expr,
+    pub cost: Option<Expr>,
+    pub span: Span,
+}
+
+#[derive(Clone, Debug)]
+pub struct Method {
+    pub label: String,
+    pub what: Extern,
+    pub span: Span,
+}
+
+#[derive(Clone, Debug)]
+pub struct Protocol {
+    pub name: String,
+    pub episodes: Expr,
+    pub changes: Vec<Spanned<Change>>,
+    pub span: Span,
+}
+
+/// What a protocol changes of the scenario.
+#[derive(Clone, Debug)]
+pub enum Change {
+    Param(ParamId, Expr),
+    Dt(Expr),
+    Horizon(Expr),
+    Safety(Expr),
+    Arena(GroupId, Expr),
+    Speed(GroupId, Expr),
+    Start(GroupId, Expr),
+    Motion(GroupId, Called<Motion>),
+}
+
+#[derive(Clone, Debug)]
+pub struct Claim {
+    pub text: String,
+    pub kind: ClaimKind,
+    pub span: Span,
+}
+
+#[derive(Clone, Debug, Default)]
+pub struct Hir {
+    pub name: String,
+    pub doc: String,
+    pub params: Vec<Param>,
+    pub world: World,
+    /// Of all reward terms and costs.
+    pub reward_dim: Dim,
+    /// The one of `learn` first.
+    pub learners: Vec<Method>,
+    pub controllers: Vec<Method>,
+    pub seeds: Option<Expr>,
+    pub protocols: Vec<Protocol>,
+    pub claims: Vec<Claim>,
+    pub bounds: Vec<Bound>,
+}
+
+impl Type {
+    /// Whether its values are expressions of the Plan.
+    pub fn is_plain(&self) -> bool {
+        matches!(self, Type::Number(_) | Type::Vector(_) | Type::Truth | Type::Count)
+    }
+}
+
+impl Expr {
+    /// Stands for something that a problem was reported for.
+    pub fn poison(span: Span) -> Expr {
+        Expr { kind: Kind::Poison, type_: Type::Poison, span, depth: 1 }
+    }
+
+    pub fn is_poison(&self) -> bool {
+        self.type_ == Type::Poison
+    }
+
+    /// The expressions directly inside, in the order of the source; of a `let`, its value.
+    pub fn children(&self) -> Vec<&Expr> {
+        match &self.kind {
+            Kind::Let(value) => vec![value],
+            Kind::Vector(a, b) | Kind::Range(a, b) | Kind::Area(a, b) | Kind::Binary(_, a, b) => vec![a, b],
+            Kind::Part(_, a) | Kind::Unary(_, a) | Kind::Agent(_, a) | Kind::Slot(_, a) => vec![a],
+            Kind::List(all) | Kind::BuiltIn(_, all) | Kind::Draw(_, all) => all.iter().collect(),
+            Kind::Call(function, args) => std::iter::once(&function.body).chain(args).collect(),
+            Kind::If { condition, then, otherwise } => vec![condition, then, otherwise],
+            Kind::Reduce { over, body, .. } => over.filter.as_deref().into_iter().chain([&**body]).collect(),
+            _ => Vec::new(),
+        }
+    }
+}

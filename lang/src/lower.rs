@@ -1,0 +1,276 @@
+//! From the typed scenario to what runs: `Hir → Plan`. Calls are inlined, settings become numbers.
+
+use std::collections::BTreeMap;
+
+use crate::ast::Span;
+use crate::case::Case;
+use crate::check::units::Units;
+use crate::check::value::{not_constant, too_large};
+use crate::hir::{self, Hir, Output, Type};
+use crate::inline::{Inliner, Refusal, Value};
+use crate::plan::{
+    Claim, Control, Each, End, Expr, Extern, Formation, Group, Method, Motion, MotionOutput, MotionState,
+    Observation, Param, Plan, Protocol, Slots, Term, World,
+};
+use crate::problem::{Code, Problem, Problems};
+use crate::source::Sources;
+
+/// Seeds of a study that says nothing else.
+const SEEDS: usize = 10;
+
+/// A checked scenario's Plan; `None` if something could not be lowered, which is reported.
+pub fn lower(hir: &Hir, units: &Units, sources: &Sources, problems: &mut Problems) -> Option<Plan> {
+    let case = Case::training(hir);
+    let mut lower = Lower { hir, units, sources, case: &case, problems };
+    let world = lower.world();
+    let params = hir.params.iter().map(|param| lower.param(param)).collect::<Option<_>>();
+    let learners = hir.learners.iter().map(|method| lower.method(method)).collect::<Option<_>>();
+    let controllers = hir.controllers.iter().map(|method| lower.method(method)).collect::<Option<_>>();
+    let seeds = match &hir.seeds {
+        Some(seeds) => lower.number(seeds).map(|seeds| seeds as usize),
+        None => Some(SEEDS),
+    };
+    let claims = hir.claims.iter().map(|claim| Claim {
+        text: claim.text.clone(),
+        kind: claim.kind.clone(),
+        at: sources.place(claim.span),
+    });
+    let claims = claims.collect();
+    let world = world?;
+    let mut protocols = Vec::new();
+    for protocol in &hir.protocols {
+        let case = Case::of(hir, protocol);
+        let mut lower = Lower { hir, units, sources, case: &case, problems };
+        let episodes = lower.number(&protocol.episodes)? as usize;
+        let changed = if protocol.changes.is_empty() { None } else { Some(Box::new(lower.world()?)) };
+        protocols.push(Protocol {
+            name: protocol.name.clone(),
+            episodes,
+            world: changed.filter(|changed| **changed != world),
+            at: sources.place(protocol.span),
+        });
+    }
+    Some(Plan {
+        name: hir.name.clone(),
+        doc: hir.doc.clone(),
+        params: params?,
+        world,
+        learners: learners?,
+        controllers: controllers?,
+        seeds: seeds?,
+        protocols,
+        claims,
+    })
+}
+
+struct Lower<'a> {
+    hir: &'a Hir,
+    units: &'a Units,
+    sources: &'a Sources,
+    case: &'a Case,
+    problems: &'a mut Problems,
+}
+
+impl<'a> Lower<'a> {
+    /// Reports why something has no value.
+    fn told<T>(&mut self, result: Result<T, Refusal>, at: Span) -> Option<T> {
+        let problem = match result {
+            Ok(value) => return Some(value),
+            Err(Refusal::TooLarge) => too_large(at),
+            Err(Refusal::ForeignSlot(slot)) => {
+                Problem::error(&UNKNOWN_MEMBER, "the agent is not in the formation")
+                    .at(slot, "this place is asked of an agent that may have none")
+                    .with(at, "in what this stands for")
+                    .help("pass members of the formation's group only")
+            }
+            Err(Refusal::Poison) => not_constant(at, "this"),
+        };
+        self.problems.push(problem);
+        None
+    }
+
+    fn constant<T>(&mut self, value: Option<T>, at: Span) -> Option<T> {
+        if value.is_none() {
+            self.problems.push(not_constant(at, "this"));
+        }
+        value
+    }
+
+    fn number(&mut self, expr: &hir::Expr) -> Option<f64> {
+        self.constant(self.case.number(expr), expr.span)
+    }
+
+    /// One expression by itself.
+    fn expr(&mut self, expr: &hir::Expr) -> Option<Expr> {
+        let lowered = self.case.inliner().expr(expr, &[]);
+        self.told(lowered, expr.span)
+    }
+
+    fn param(&mut self, param: &hir::Param) -> Option<Param> {
+        Some(Param {
+            name: param.name.clone(),
+            doc: param.doc.clone(),
+            value: self.constant(param.value, param.span)?,
+            dimension: self.units.name(&param.dim),
+            at: self.sources.place(param.span),
+        })
+    }
+
+    fn extern_(&mut self, what: &hir::Extern) -> Option<Extern> {
+        let mut settings = BTreeMap::new();
+        for (name, value) in &what.settings {
+            let setting = self.constant(self.case.setting(value), value.span)?;
+            settings.insert(name.clone(), setting);
+        }
+        Some(Extern { name: what.name.clone(), settings })
+    }
+
+    fn method(&mut self, method: &hir::Method) -> Option<Method> {
+        let what = self.extern_(&method.what)?;
+        Some(Method { label: method.label.clone(), what, at: self.sources.place(method.span) })
+    }
+
+    fn world(&mut self) -> Option<World> {
+        let world = &self.case.world;
+        Some(World {
+            dt_s: self.number(world.dt.as_ref()?)?,
+            horizon: self.number(world.horizon.as_ref()?)? as usize,
+            safety_m: self.number(world.safety.as_ref()?)?,
+            groups: world.groups.iter().map(|group| self.group(group)).collect::<Option<_>>()?,
+            formations: world.formations.iter().map(|f| self.formation(f)).collect::<Option<_>>()?,
+            require: world.require.iter().map(|condition| self.expr(condition)).collect::<Option<_>>()?,
+            observe: world.observe.iter().map(|o| self.observation(o)).collect::<Option<_>>()?,
+            reward: world.reward.iter().map(|term| self.term(term)).collect::<Option<_>>()?,
+            ends: world.ends.iter().map(|end| self.end(end)).collect::<Option<_>>()?,
+        })
+    }
+
+    fn group(&mut self, group: &hir::Group) -> Option<Group> {
+        let arena = match &group.arena {
+            Some(arena) => Some(self.constant(self.case.area(arena), arena.span)?),
+            None => None,
+        };
+        let speed = group.speed.as_ref()?;
+        let control = match group.control.as_ref()? {
+            hir::Control::Learned => Control::Learned,
+            hir::Control::Motion(motion) => Control::Motion(self.motion(motion)?),
+        };
+        let positions = matches!(&control, Control::Motion(Motion { output: MotionOutput::Position(_), .. }));
+        let start = match group.start.as_ref().filter(|_| !positions) {
+            Some(start) => Some(self.expr(start)?),
+            None => None,
+        };
+        Some(Group {
+            name: group.name.clone(),
+            size: group.size,
+            body: self.extern_(group.body.as_ref()?)?,
+            arena,
+            speed_mps: self.constant(self.case.range(speed), speed.span)?,
+            control,
+            start,
+            at: self.sources.place(group.span),
+        })
+    }
+
+    fn motion(&mut self, call: &hir::Called<hir::Motion>) -> Option<Motion> {
+        let mut inliner = self.case.inliner();
+        let args = inliner.all(&call.args, &[]);
+        let args = self.told(args, call.span)?;
+        let mut each = |expr: &hir::Expr| -> Option<Expr> {
+            let lowered = inliner.expr(expr, &args);
+            self.told(lowered, call.span)
+        };
+        let mut states = Vec::new();
+        for (number, state) in call.what.states.iter().enumerate() {
+            let start = each(&state.start)?;
+            let next = state.next.as_ref().map_or(Some(Expr::State(number)), &mut each)?;
+            states.push(MotionState { name: state.name.clone(), start, next });
+        }
+        let output = match call.what.output.as_ref()? {
+            Output::Velocity(value) => MotionOutput::Velocity(each(value)?),
+            Output::Position(value) => MotionOutput::Position(each(value)?),
+        };
+        Some(Motion { name: call.what.name.clone(), states, output })
+    }
+
+    fn formation(&mut self, formation: &hir::Formation) -> Option<Formation> {
+        let shape = formation.shape.as_ref()?;
+        let mut inliner = self.case.inliner();
+        let args: Result<Vec<Value>, _> = inliner.all(&shape.args, &[]);
+        let args = self.told(args, shape.span)?;
+        let mut slot = |expr: &hir::Expr| {
+            let lowered = self.case.inliner().expr(expr, &args);
+            self.told(lowered, shape.span)
+        };
+        let slots = match &shape.what.slots {
+            hir::Slots::List(all) => Slots::List(all.iter().map(&mut slot).collect::<Option<_>>()?),
+            hir::Slots::Rule(rule) => Slots::Rule(slot(rule)?),
+        };
+        let before = self.case.world.groups.iter().take(formation.about);
+        Some(Formation {
+            name: formation.name.clone(),
+            shape: shape.what.name.clone(),
+            group: formation.group,
+            about: before.map(|group| group.size).sum(),
+            slots,
+            at: self.sources.place(formation.span),
+        })
+    }
+
+    fn observation(&mut self, observation: &hir::Observation) -> Option<Observation> {
+        let mut inliner = self.case.inliner();
+        let over = match &observation.over {
+            Some(over) => {
+                let each = Self::each(&mut inliner, over);
+                self.told(each, observation.span)?
+            }
+            None => None,
+        };
+        let value = inliner.expr(&observation.value, &[]);
+        Some(Observation {
+            text: observation.text.clone(),
+            value: self.told(value, observation.value.span)?,
+            vector: matches!(observation.value.type_, Type::Vector(_)),
+            over,
+            at: self.sources.place(observation.span),
+        })
+    }
+
+    fn each(inliner: &mut Inliner<'_>, over: &hir::Over) -> Result<Option<Each>, Refusal> {
+        let (vars, filter) = inliner.over(over, &[])?;
+        Ok(vars.into_iter().next().map(|var| Each { var, set: over.set.clone(), filter }))
+    }
+
+    fn term(&mut self, term: &hir::Term) -> Option<Term> {
+        Some(Term {
+            name: term.name.clone(),
+            doc: term.doc.clone(),
+            value: self.expr(&term.value)?,
+            dimension: self.units.name(&self.hir.reward_dim),
+            at: self.sources.place(term.span),
+        })
+    }
+
+    fn end(&mut self, end: &hir::End) -> Option<End> {
+        let cost = match &end.cost {
+            Some(cost) => Some(self.expr(cost)?),
+            None => None,
+        };
+        Some(End {
+            name: end.name.clone(),
+            when: self.expr(&end.when)?,
+            cost,
+            at: self.sources.place(end.span),
+        })
+    }
+}
+
+pub const UNKNOWN_MEMBER: Code = Code {
+    name: "unknown-member",
+    explain: "\
+A function asks for the place of an agent in a formation, and is called for an agent that has none.
+
+    fn off(i: agent) -> length = |p[i] - F[i]|
+    gap = -sum(i in all) off(i)             // wrong: the leader has no place in F
+    gap = -sum(i in follower) off(i)        // right",
+};

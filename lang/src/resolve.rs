@@ -1,0 +1,487 @@
+//! Loads the modules a scenario uses and finds out which names are seen where: `Ast → Program`.
+
+use std::collections::BTreeMap;
+
+use crate::ast::{ExternKind, File, Item, Name, Span, Spanned};
+use crate::parse::parse;
+use crate::problem::{Code, Problem, Problems, did_you_mean};
+use crate::source::{Loader, Sources};
+use crate::stdlib;
+
+/// Modules nested deeper than this are refused.
+const DEEPEST: usize = 32;
+
+/// The scenario and all modules it uses.
+#[derive(Debug, Default)]
+pub struct Program {
+    /// The standard modules seen without `use`, then the others; each after those it uses.
+    pub modules: Vec<Module>,
+    /// The scenario itself.
+    pub main: usize,
+    /// How many of the modules are seen without `use`.
+    prelude: usize,
+}
+
+#[derive(Debug)]
+pub struct Module {
+    /// As `use` names it.
+    pub path: String,
+    pub standard: bool,
+    pub file: File,
+    names: BTreeMap<(Space, String), Vec<Entry>>,
+}
+
+/// What a name stands for, and where it was declared or used.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry {
+    pub id: ItemId,
+    pub at: Span,
+    /// By `use`.
+    pub imported: bool,
+}
+
+/// An item of a module.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ItemId {
+    pub module: usize,
+    pub item: usize,
+}
+
+/// Names of different spaces do not clash: the place of use tells which is meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Space {
+    /// What stands in expressions: parameters, lets, functions, groups, formations.
+    Value,
+    Motion,
+    Shape,
+    Algorithm,
+    Controller,
+    Body,
+    Preset,
+    Protocol,
+    Unit,
+    Dimension,
+}
+
+impl Space {
+    /// With its article.
+    pub fn people(self) -> &'static str {
+        match self {
+            Space::Value => "a value",
+            Space::Motion => "a motion",
+            Space::Shape => "a formation shape",
+            Space::Algorithm => "a learning algorithm",
+            Space::Controller => "a controller",
+            Space::Body => "a body",
+            Space::Preset => "a preset",
+            Space::Protocol => "an evaluation",
+            Space::Unit => "a unit",
+            Space::Dimension => "a dimension",
+        }
+    }
+
+    pub const ALL: [Space; 10] = [
+        Space::Value,
+        Space::Motion,
+        Space::Shape,
+        Space::Algorithm,
+        Space::Controller,
+        Space::Body,
+        Space::Preset,
+        Space::Protocol,
+        Space::Unit,
+        Space::Dimension,
+    ];
+}
+
+/// Words with a meaning of their own in expressions.
+pub const BUILT_IN: [&str; 8] = ["p", "v", "heading", "world", "t", "all", "pairs", "box"];
+
+/// The name that an item declares.
+pub fn declared(item: &Item) -> Option<(Space, &Name)> {
+    Some(match item {
+        Item::Dimension { name, .. } => (Space::Dimension, name),
+        Item::Unit { name, .. } => (Space::Unit, name),
+        Item::Param(param) => (Space::Value, &param.name),
+        Item::Let(decl) => (Space::Value, &decl.name),
+        Item::Function(decl) => (Space::Value, &decl.name),
+        Item::Agents(decl) => (Space::Value, &decl.name),
+        Item::Formation { name, .. } => (Space::Value, name),
+        Item::Motion(decl) => (Space::Motion, &decl.name),
+        Item::Shape(decl) => (Space::Shape, &decl.name),
+        Item::Extern(decl) => {
+            let space = match decl.kind {
+                ExternKind::Algorithm => Space::Algorithm,
+                ExternKind::Controller => Space::Controller,
+                ExternKind::Body => Space::Body,
+            };
+            (space, &decl.name)
+        }
+        Item::Preset { name, .. } => (Space::Preset, name),
+        Item::Evaluate { name, .. } => (Space::Protocol, name),
+        _ => return None,
+    })
+}
+
+impl Program {
+    /// What a name stands for in a module.
+    pub fn find(&self, module: usize, space: Space, name: &str) -> Option<Entry> {
+        let key = (space, name.to_owned());
+        let seen = std::iter::once(module).chain(0..self.prelude);
+        let mut entries = seen.filter_map(|m| self.modules.get(m)?.names.get(&key)?.first());
+        entries.next().copied()
+    }
+
+    /// All names of a space that a module sees.
+    pub fn names(&self, module: usize, space: Space) -> impl Iterator<Item = &str> {
+        let seen = std::iter::once(module).chain(0..self.prelude);
+        let modules = seen.filter_map(|m| self.modules.get(m));
+        modules.flat_map(move |m| m.names.keys().filter(move |key| key.0 == space).map(|key| key.1.as_str()))
+    }
+
+    pub fn item(&self, id: ItemId) -> Option<&Spanned<Item>> {
+        self.modules.get(id.module)?.file.items.get(id.item)
+    }
+
+    pub fn main(&self) -> Option<&Module> {
+        self.modules.get(self.main)
+    }
+
+    /// The items of all modules, those of a module together.
+    pub fn items(&self) -> impl Iterator<Item = (ItemId, &Spanned<Item>)> {
+        self.modules.iter().enumerate().flat_map(|(module, m)| {
+            m.file.items.iter().enumerate().map(move |(item, it)| (ItemId { module, item }, it))
+        })
+    }
+
+    /// Where the scenario imported a name of an existing item, and in which spaces; units work without a mention.
+    pub fn imports(&self) -> BTreeMap<Span, &str> {
+        let mut found = BTreeMap::new();
+        for ((space, name), entries) in self.main().into_iter().flat_map(|main| &main.names) {
+            for entry in entries.iter().filter(|entry| entry.imported && self.item(entry.id).is_some()) {
+                if !matches!(space, Space::Unit | Space::Dimension) {
+                    found.insert(entry.at, name.as_str());
+                }
+            }
+        }
+        found
+    }
+}
+
+/// Loads and resolves everything that the scenario uses.
+pub fn resolve(main: File, loader: &dyn Loader, sources: &mut Sources, problems: &mut Problems) -> Program {
+    let mut resolver =
+        Resolver { loader, sources, problems, program: Program::default(), loading: Vec::new() };
+    for &path in stdlib::PRELUDE {
+        if let Some(text) = stdlib::module(path) {
+            resolver.load(path, text.to_owned(), true);
+        }
+    }
+    resolver.program.prelude = resolver.program.modules.len();
+    resolver.program.main = resolver.add("", main, false);
+    resolver.program
+}
+
+struct Resolver<'a> {
+    loader: &'a dyn Loader,
+    sources: &'a mut Sources,
+    problems: &'a mut Problems,
+    program: Program,
+    /// Modules whose `use`s are being followed.
+    loading: Vec<String>,
+}
+
+impl Resolver<'_> {
+    fn load(&mut self, path: &str, text: String, standard: bool) -> usize {
+        let name = if standard { path.to_owned() } else { file_name(path) };
+        let file = self.sources.add(&name, text);
+        let file = parse(self.sources, file, self.problems);
+        self.add(path, file, standard)
+    }
+
+    /// Adds a module after the modules it uses.
+    fn add(&mut self, path: &str, file: File, standard: bool) -> usize {
+        self.loading.push(path.to_owned());
+        let mut names: BTreeMap<(Space, String), Vec<Entry>> = BTreeMap::new();
+        for item in &file.items {
+            if let Item::Use { path, names: wanted } = &item.node {
+                let Some(module) = self.module(path, item.span) else {
+                    // Whatever these names are, nobody shall be told that they are unknown.
+                    let unknown = ItemId { module: usize::MAX, item: 0 };
+                    for name in wanted {
+                        for space in Space::ALL {
+                            let entry = Entry { id: unknown, at: name.span, imported: true };
+                            names.entry((space, name.node.clone())).or_default().push(entry);
+                        }
+                    }
+                    continue;
+                };
+                for name in wanted {
+                    self.import(module, name, &mut names);
+                }
+            }
+        }
+        let index = self.program.modules.len();
+        for (number, item) in file.items.iter().enumerate() {
+            self.placed_well(path.is_empty(), standard, item);
+            if let Some((space, name)) = declared(&item.node) {
+                let id = ItemId { module: index, item: number };
+                self.declare(space, name, Entry { id, at: name.span, imported: false }, &mut names);
+            }
+        }
+        self.loading.pop();
+        self.program.modules.push(Module { path: path.to_owned(), standard, file, names });
+        index
+    }
+
+    fn module(&mut self, path: &[Name], at: Span) -> Option<usize> {
+        let wanted = path.iter().map(|name| name.node.as_str()).collect::<Vec<_>>().join(".");
+        if let Some(known) = self.program.modules.iter().position(|module| module.path == wanted) {
+            return Some(known);
+        }
+        let at = match (path.first(), path.last()) {
+            (Some(first), Some(last)) => first.span.to(last.span),
+            _ => at,
+        };
+        if let Some(start) = self.loading.iter().position(|loading| *loading == wanted) {
+            let chain = self.loading[start..].iter().chain([&wanted]).map(|m| format!("`{m}`"));
+            let chain = chain.collect::<Vec<_>>().join(" uses ");
+            self.problems.push(
+                Problem::error(&MODULE_CYCLE, format!("`{wanted}` uses itself"))
+                    .at(at, "this closes the circle")
+                    .note(chain)
+                    .help("move what both need into a third file that uses neither"),
+            );
+            return None;
+        }
+        if self.loading.len() > DEEPEST {
+            self.problems.push(
+                Problem::error(&UNKNOWN_MODULE, "modules use each other too deeply")
+                    .at(at, format!("more than {DEEPEST} files deep")),
+            );
+            return None;
+        }
+        if let Some(text) = stdlib::module(&wanted) {
+            return Some(self.load(&wanted, text.to_owned(), true));
+        }
+        let mut problem = Problem::error(&UNKNOWN_MODULE, format!("there is no module `{wanted}`"));
+        if path.first().is_some_and(|first| first.node == "std") {
+            let all = stdlib::MODULES.iter().map(|(path, _)| *path);
+            problem = problem.at(at, "not in the standard library").help(match did_you_mean(&wanted, all) {
+                Some(meant) => format!("did you mean `{meant}`?"),
+                None => format!("the standard library has {}", listed(stdlib::MODULES.iter().map(|m| m.0))),
+            });
+        } else {
+            match self.loader.load(&file_name(&wanted)) {
+                Ok(text) => return Some(self.load(&wanted, text, false)),
+                Err(why) => {
+                    problem = problem.at(at, why).help(format!(
+                        "`use {wanted}.…` reads `{}` beside the scenario; the standard library begins with `std.`",
+                        file_name(&wanted)
+                    ));
+                }
+            }
+        }
+        self.problems.push(problem);
+        None
+    }
+
+    fn import(&mut self, module: usize, name: &Name, names: &mut BTreeMap<(Space, String), Vec<Entry>>) {
+        let Some(from) = self.program.modules.get(module) else { return };
+        let found: Vec<_> = from
+            .names
+            .iter()
+            .filter(|(key, entries)| {
+                key.1 == name.node && entries.iter().any(|entry| entry.id.module == module)
+            })
+            .filter_map(|(key, entries)| Some((key.0, *entries.first()?)))
+            .collect();
+        if found.is_empty() {
+            let own =
+                from.file.items.iter().filter_map(|item| declared(&item.node)).map(|d| d.1.node.as_str());
+            let own: Vec<&str> = own.collect();
+            let elsewhere = standard_home(&name.node);
+            let help = match (did_you_mean(&name.node, own.iter().copied()), elsewhere) {
+                (Some(meant), _) => format!("did you mean `{meant}`?"),
+                (None, Some(path)) => format!("it is in another module: `use {path}.{}`", name.node),
+                (None, None) => format!("`{}` has {}", from.path, listed(own.iter().copied())),
+            };
+            self.problems.push(
+                Problem::error(&UNKNOWN_IMPORT, format!("`{}` has no `{}`", from.path, name.node))
+                    .at(name.span, "not declared there")
+                    .help(help),
+            );
+        }
+        for (space, entry) in found {
+            self.declare(space, name, Entry { at: name.span, imported: true, ..entry }, names);
+        }
+    }
+
+    fn declare(
+        &mut self,
+        space: Space,
+        name: &Name,
+        entry: Entry,
+        names: &mut BTreeMap<(Space, String), Vec<Entry>>,
+    ) {
+        if space == Space::Value && BUILT_IN.contains(&name.node.as_str()) {
+            self.problems.push(
+                Problem::error(&RESERVED_NAME, format!("`{}` has a meaning of its own", name.node))
+                    .at(name.span, "cannot be declared")
+                    .help(format!("choose another name; {}", reserved_meaning(&name.node))),
+            );
+        }
+        let entries = names.entry((space, name.node.clone())).or_default();
+        if let Some(first) = entries.first().filter(|first| first.id.module != usize::MAX) {
+            let what = space.people();
+            let how = if first.imported { "used" } else { "declared" };
+            self.problems.push(
+                Problem::error(&DUPLICATE_NAME, format!("`{}` is the name of {what} already", name.node))
+                    .at(name.span, "again here")
+                    .with(first.at, format!("first {how} here"))
+                    .help("give one of the two another name"),
+            );
+        }
+        entries.push(entry);
+    }
+
+    /// Modules declare things to be used; only a scenario says what happens.
+    fn placed_well(&mut self, main: bool, standard: bool, item: &Spanned<Item>) {
+        let library = matches!(
+            item.node,
+            Item::Use { .. }
+                | Item::Dimension { .. }
+                | Item::Unit { .. }
+                | Item::Let(_)
+                | Item::Function(_)
+                | Item::Motion(_)
+                | Item::Shape(_)
+                | Item::Preset { .. }
+        );
+        let provided = match &item.node {
+            Item::Extern(_) => true,
+            Item::Function(function) => function.body.is_none(),
+            _ => false,
+        };
+        if provided && !standard {
+            self.problems.push(
+                Problem::error(&MISPLACED_ITEM, "only the standard library declares what is built in")
+                    .at(item.span, "`extern` has no implementation here")
+                    .help("give it a body: `fn name(…) -> type = …`"),
+            );
+        } else if !main && !library && !provided {
+            self.problems.push(
+                Problem::error(&MISPLACED_ITEM, "this belongs in the scenario, not in a file that it uses")
+                    .at(item.span, "")
+                    .help("a used file may declare functions, motions, formation shapes, presets, units and lets"),
+            );
+        }
+    }
+}
+
+/// The standard module that declares a name, except those seen without `use`.
+pub fn standard_home(name: &str) -> Option<&'static str> {
+    let mut homes =
+        stdlib::MODULES.iter().filter(|(path, text)| !stdlib::PRELUDE.contains(path) && declares(text, name));
+    homes.next().map(|(path, _)| *path)
+}
+
+/// Whether a module's text declares a name, told without parsing it.
+fn declares(text: &str, name: &str) -> bool {
+    ["fn", "dist", "motion", "formation", "algorithm", "controller", "body", "preset"].iter().any(|word| {
+        text.lines().any(|line| {
+            let after =
+                line.trim_start_matches("extern ").strip_prefix(word).and_then(|l| l.strip_prefix(' '));
+            let rest = after.and_then(|l| l.strip_prefix(name));
+            rest.is_some_and(|rest| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_'))
+        })
+    })
+}
+
+fn file_name(path: &str) -> String {
+    path.replace('.', "/") + ".scn"
+}
+
+fn reserved_meaning(name: &str) -> &'static str {
+    match name {
+        "p" => "`p[i]` is the position of agent i",
+        "v" => "`v[i]` is the velocity of agent i",
+        "heading" => "`heading[i]` is the direction that agent i faces",
+        "world" => "`world.dt` and others are the constants of the world",
+        "t" => "`t` is the time since the episode began",
+        "all" => "`all` is the set of all agents",
+        "pairs" => "`pairs(all)` is the set of all pairs of agents",
+        _ => "`box(low .. high, low .. high)` is an area",
+    }
+}
+
+/// `a`, `b` and `c`, in quotes.
+pub fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let quoted: Vec<String> = names.into_iter().map(|name| format!("`{name}`")).collect();
+    match quoted.split_last() {
+        None => "nothing".to_owned(),
+        Some((only, [])) => only.clone(),
+        Some((last, others)) => format!("{} and {last}", others.join(", ")),
+    }
+}
+
+pub const UNKNOWN_MODULE: Code = Code {
+    name: "unknown-module",
+    explain: "\
+`use` names a module that is neither in the standard library nor beside the scenario.
+
+    use std.motions.circle      // wrong: the module is called std.motion
+    use std.motion.circle       // right
+    use shapes.mine.wedge       // reads shapes/mine.scn beside the scenario
+
+Only files below the scenario's folder can be used.",
+};
+
+pub const MODULE_CYCLE: Code = Code {
+    name: "module-cycle",
+    explain: "\
+A file uses, over one or more others, itself, so neither could be read first.
+
+    // a.scn                    // b.scn
+    use b.far                   use a.near       // wrong
+
+Move what both need into a third file.",
+};
+
+pub const UNKNOWN_IMPORT: Code = Code {
+    name: "unknown-import",
+    explain: "\
+`use` names something that the module does not declare.
+
+    use std.motion.cirlce       // wrong
+    use std.motion.circle       // right
+
+Only what a module declares itself can be used from it, not what it uses.",
+};
+
+pub const DUPLICATE_NAME: Code = Code {
+    name: "duplicate-name",
+    explain: "\
+Two things of a kind have one name, so that nobody could tell which is meant.
+
+    param side = 0.4 m
+    param side = 0.5 m          // wrong: the second of that name
+
+Things of different kinds may share a name: a motion `square` and a formation shape `square` do.",
+};
+
+pub const RESERVED_NAME: Code = Code {
+    name: "reserved-name",
+    explain: "\
+The language gives some names a meaning of their own in expressions: p, v, heading, world, t, all, pairs and box.
+
+    param p = 2 m               // wrong: p[i] is the position of agent i
+    param pitch = 2 m           // right",
+};
+
+pub const MISPLACED_ITEM: Code = Code {
+    name: "misplaced-item",
+    explain: "\
+A file that others use declares functions, motions, formation shapes, presets, units and lets. Agents, rewards
+and everything else that says what happens stand in the scenario. `extern` stands in the standard library only.",
+};
