@@ -224,6 +224,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(crate::sample::cases(300))]
+
         /// The arcs against the differential equation ẋ = v cos θ, ẏ = v sin θ, θ̇ = ω of the axle,
         /// integrated by Simpson's rule.
         #[test]

@@ -43,8 +43,8 @@ pub enum SimError {
     )]
     SlotsOfFormation { formation: String, slots: usize, group: String, members: usize, at: Place },
 
-    #[error("formation `{formation}` refers to a {what} that does not exist{}", suffix(at))]
-    BadFormation { formation: String, what: &'static str, at: Place },
+    #[error("formation `{formation}` refers to the {what} {id}, which does not exist{}", suffix(at))]
+    BadFormation { formation: String, what: &'static str, id: usize, at: Place },
 
     #[error(
         "no start of `{group}` fulfilled requirement {requirement} in {attempts} attempts; give the starts more room or ask for less{}",
@@ -91,6 +91,10 @@ pub enum Flaw {
     NoSlotNumber,
     #[error("random draws are possible only in starts and motions")]
     NoDraw,
+    #[error("a random argument cannot be used more than once in a reduction")]
+    DrawInReduction,
+    #[error("more than {most} random draws in one expression")]
+    TooManyDraws { most: usize },
     #[error("{agent} is placed later than the start that refers to it")]
     NotYetPlaced { agent: String },
     #[error("expected {expected}, found {found}")]

@@ -3,8 +3,14 @@
 use std::collections::BTreeMap;
 
 use mpgx_lang::plan::*;
+use proptest::test_runner::{Config, RngSeed};
 
 use crate::task::Task;
+
+/// The same cases every time.
+pub fn cases(cases: u32) -> Config {
+    Config { cases, rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Config::default() }
+}
 
 pub fn number(x: f64) -> Expr {
     Expr::Number(x)
@@ -30,8 +36,19 @@ pub fn distance(a: Expr, b: Expr) -> Expr {
     Expr::Call(Function::Norm, vec![binary(BinaryOp::Sub, a, b)])
 }
 
+/// The only draw of an expression.
 pub fn draw(distribution: Distribution) -> Expr {
     Expr::Draw { distribution, site: 0 }
+}
+
+/// Normally distributed on each axis, deviation 1.
+pub fn noise() -> Expr {
+    let [x, y] = [0, 1].map(|site| {
+        let distribution =
+            Distribution::Normal { mean: Box::new(number(0.0)), deviation: Box::new(number(1.0)) };
+        Box::new(Expr::Draw { distribution, site })
+    });
+    Expr::Vector(x, y)
 }
 
 pub fn reduce(op: Reduction, vars: &[VarId], over: IndexSet, body: Expr) -> Expr {

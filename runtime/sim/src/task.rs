@@ -356,11 +356,16 @@ fn names(world: &World) -> Vec<String> {
 }
 
 fn shape(layout: &Layout, formation: &plan::Formation) -> Result<Shape, SimError> {
-    let missing =
-        |what| SimError::BadFormation { formation: formation.name.clone(), what, at: formation.at.clone() };
-    let members = layout.groups.get(formation.group).ok_or_else(|| missing("group"))?.clone();
+    let missing = |what, id| SimError::BadFormation {
+        formation: formation.name.clone(),
+        what,
+        id,
+        at: formation.at.clone(),
+    };
+    let members =
+        layout.groups.get(formation.group).ok_or_else(|| missing("group", formation.group))?.clone();
     if formation.about >= layout.names.len() {
-        return Err(missing("agent"));
+        return Err(missing("agent", formation.about));
     }
     let count = members.len();
     let exprs: Vec<&Expr> = match &formation.slots {
@@ -444,3 +449,6 @@ fn compile_end(layout: &Layout, end: &plan::End) -> Result<End, Flaw> {
     }
     Ok(End { name: end.name.clone(), at: end.at.clone(), when, cost })
 }
+
+#[cfg(test)]
+mod tests;

@@ -83,3 +83,6 @@ impl Aims {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,14 +4,15 @@
 //! average. Oracle B also knows where scripted agents will be after the step.
 //!
 //! For a point the best step is exact: the way to the slot in one time step, clipped on each axis. For a
-//! unicycle the step itself is tried out: a grid over all commands and the dead-beat command, corrected by what
-//! it misses, give a beginning; a pattern search with halving steps then finds the command whose step ends
-//! closest, to about 1e-4 m.
+//! unicycle the step itself is tried out. If the dead-beat command, corrected a few times by what it misses,
+//! reaches the slot, it is the best. If not, a pattern search begins at the best command of a grid, once among
+//! those that turn left and once among those that turn right, and finds the command whose step ends closest,
+//! to about 1e-4 m.
 
 use super::{Aims, Controller};
 use crate::body::Body;
 use crate::episode::Episode;
-use crate::maths::{Vec2, add, clamp_axes, distance, divide, subtract};
+use crate::maths::{Vec2, add, clamp_axes, cross, divide, norm, rotate, subtract};
 use crate::script::move_scripted;
 use crate::task::Task;
 
@@ -57,9 +58,14 @@ impl Controller for Clairvoyant {
 /// Good enough, m.
 const CLOSE_M: f64 = 1e-6;
 /// The pattern search ends when its steps would move the agent less than this, m.
-const FINEST_M: f64 = 1e-5;
+const FINEST_M: f64 = 2e-5;
 /// Commands on each axis of the grid.
-const GRID: usize = 5;
+const GRID: usize = 9;
+/// The pattern turns by this many rad each time, so that no direction is left out: the limits of the wheels
+/// make ridges that run anywhere.
+const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+/// The pattern shrinks after so many failures.
+const PATIENCE: usize = 3;
 /// Corrections of the dead-beat command.
 const CORRECTIONS: usize = 4;
 
@@ -67,48 +73,51 @@ const CORRECTIONS: usize = 4;
 fn best(task: &Task, episode: &Episode, agent: usize, slot: Vec2) -> Vec2 {
     let (body, limits) = (&task.agents[agent].body, task.agents[agent].speed_mps);
     let pose = episode.pose(agent);
-    let dead_beat = clamp_axes(divide(subtract(slot, pose.position), task.dt_s), limits);
+    let mut command = clamp_axes(divide(subtract(slot, pose.position), task.dt_s), limits);
     if *body == Body::Point {
-        return dead_beat;
+        return command;
     }
-    let after = |command| body.moved(pose, command, task.dt_s).position;
-    let mut search =
-        Search { miss: |command| distance(after(command), slot), best: dead_beat, least: f64::INFINITY };
-    search.offer(dead_beat);
-    let mut corrected = dead_beat;
+    let missing = |command| subtract(slot, body.moved(pose, command, task.dt_s).position);
     for _ in 0..CORRECTIONS {
-        let missing = divide(subtract(slot, after(corrected)), task.dt_s);
-        corrected = clamp_axes(add(corrected, missing), limits);
-        search.offer(corrected);
-    }
-    let (low, high) = limits;
-    let along = |k: usize| low + (high - low) * (k as f64 / (GRID - 1) as f64);
-    for k in 0..GRID * GRID {
-        search.offer([along(k / GRID), along(k % GRID)]);
-    }
-    let mut reach = (high - low) / 2.0;
-    while reach * task.dt_s > FINEST_M {
-        if !search.look_around(reach, limits) {
-            reach /= 2.0;
+        let rest = missing(command);
+        if norm(rest) < CLOSE_M {
+            return command;
         }
+        command = clamp_axes(add(command, divide(rest, task.dt_s)), limits);
     }
-    search.best
+    let ahead = rotate([1.0, 0.0], pose.heading);
+    let miss = |command| norm(missing(command));
+    let search = |side: f64| {
+        let mut search = Search { miss, limits, best: command, least: f64::INFINITY };
+        for begin in grid(limits).chain([command]).filter(|&begin| side * cross(ahead, begin) >= 0.0) {
+            search.offer(begin);
+        }
+        search.run(FINEST_M / task.dt_s);
+        search
+    };
+    let (left, right) = (search(1.0), search(-1.0));
+    if left.least <= right.least { left.best } else { right.best }
 }
 
-/// The best command so far.
+/// Commands spread evenly between the limits.
+fn grid((low, high): (f64, f64)) -> impl Iterator<Item = Vec2> {
+    let along = move |k: usize| low + (high - low) * (k as f64 / (GRID - 1) as f64);
+    (0..GRID * GRID).map(move |k| [along(k / GRID), along(k % GRID)])
+}
+
+/// A search for the command that misses least.
 struct Search<F> {
     /// How far from the slot the step of a command ends, m.
     miss: F,
+    limits: (f64, f64),
+    /// The best command so far, and how far it misses.
     best: Vec2,
     least: f64,
 }
 
 impl<F: Fn(Vec2) -> f64> Search<F> {
-    /// Tries a command, unless the best is good enough; tells whether it is better.
+    /// Tries a command; tells whether it is better.
     fn offer(&mut self, command: Vec2) -> bool {
-        if self.least < CLOSE_M {
-            return false;
-        }
         let miss = (self.miss)(command);
         let better = miss < self.least;
         if better {
@@ -117,14 +126,22 @@ impl<F: Fn(Vec2) -> f64> Search<F> {
         better
     }
 
-    /// Tries the eight commands around the best; tells whether one is better.
-    fn look_around(&mut self, reach: f64, limits: (f64, f64)) -> bool {
-        let centre = self.best;
-        let mut better = false;
-        for (x, y) in [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)] {
-            let step = [f64::from(x) * reach, f64::from(y) * reach];
-            better |= self.offer(clamp_axes(add(centre, step), limits));
+    /// Tries patterns of four commands around the best that become smaller, down to `finest` m/s.
+    fn run(&mut self, finest: f64) {
+        let (mut turn, mut failures) = (0.0, 0);
+        let mut reach = (self.limits.1 - self.limits.0) / (GRID - 1) as f64;
+        while reach > finest && self.least > CLOSE_M {
+            turn += GOLDEN_ANGLE;
+            let centre = self.best;
+            let [x, y] = rotate([reach, 0.0], turn);
+            let mut better = false;
+            for step in [[x, y], [-y, x], [-x, -y], [y, -x]] {
+                better |= self.offer(clamp_axes(add(centre, step), self.limits));
+            }
+            failures = if better { 0 } else { failures + 1 };
+            if failures == PATIENCE {
+                (reach, failures) = (reach / 2.0, 0);
+            }
         }
-        better
     }
 }

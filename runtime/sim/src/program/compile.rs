@@ -7,6 +7,7 @@ use mpgx_lang::plan::{
     UnaryOp, VarId, World, WorldConstant,
 };
 
+use super::draw::{Distribution as Law, Draw, MOST_DRAWS};
 use super::{Agents, Each, Fold, MOST_VARIABLES, Number, Program, Scene, Truth, Vector, Who};
 use crate::error::Flaw;
 use crate::maths;
@@ -48,6 +49,8 @@ pub(crate) struct Compiler<'a> {
     /// Index variables that are loops, now.
     loops: usize,
     depth: usize,
+    /// The sites of draws so far, and whether they are in a reduction.
+    sites: Vec<(usize, bool)>,
     /// Whether anything compiled since this was last cleared can change during an episode.
     varies: bool,
 }
@@ -63,7 +66,7 @@ impl<'a> Compiler<'a> {
     pub fn new(layout: &'a Layout<'a>, scope: Scope<'a>) -> Self {
         let bound = |(id, agent)| Bound { id, who: Who::Agent(agent), agents: agent..agent + 1 };
         let variables = scope.bound.map(bound).into_iter().collect();
-        Compiler { layout, scope, variables, loops: 0, depth: 0, varies: false }
+        Compiler { layout, scope, variables, loops: 0, depth: 0, sites: Vec::new(), varies: false }
     }
 
     pub fn number(&mut self, expr: &Expr) -> Result<Number, Flaw> {
@@ -167,7 +170,7 @@ impl<'a> Compiler<'a> {
             Expr::Reduce { op, vars, over, filter, body } => {
                 self.reduce(*op, vars, over, filter.as_deref(), body)?
             }
-            Expr::Draw { distribution, .. } => self.draw(distribution)?,
+            Expr::Draw { distribution, site } => self.draw(distribution, *site)?,
         })
     }
 
@@ -407,29 +410,40 @@ impl<'a> Compiler<'a> {
         Ok(program)
     }
 
-    fn draw(&mut self, distribution: &Distribution) -> Result<Program, Flaw> {
+    fn draw(&mut self, distribution: &Distribution, site: usize) -> Result<Program, Flaw> {
         if !self.scope.draws {
             return Err(Flaw::NoDraw);
         }
-        let program = match distribution {
-            Distribution::UnitDisc => Program::Vector(Vector::UnitDisc),
+        let (from, vector) = match distribution {
+            Distribution::UnitDisc => (Law::UnitDisc, true),
             Distribution::Uniform { low: a, high: b } | Distribution::Normal { mean: a, deviation: b } => {
                 let uniform = matches!(distribution, Distribution::Uniform { .. });
                 match (self.program(a)?, self.program(b)?) {
-                    (Program::Number(a), Program::Number(b)) => {
-                        let of = Box::new([a, b]);
-                        Program::Number(if uniform { Number::Uniform(of) } else { Number::Normal(of) })
-                    }
-                    (Program::Vector(a), Program::Vector(b)) => {
-                        let of = Box::new([a, b]);
-                        Program::Vector(if uniform { Vector::Uniform(of) } else { Vector::Normal(of) })
-                    }
+                    (Program::Number(a), Program::Number(b)) if uniform => (Law::Uniform([a, b]), false),
+                    (Program::Number(a), Program::Number(b)) => (Law::Normal([a, b]), false),
+                    (Program::Vector(a), Program::Vector(b)) if uniform => (Law::UniformAxes([a, b]), true),
+                    (Program::Vector(a), Program::Vector(b)) => (Law::NormalAxes([a, b]), true),
                     (a, b) => return Err(Flaw::Kind { expected: a.kind(), found: b.kind() }),
                 }
             }
         };
         self.varies = true;
-        Ok(program)
+        let draw = Box::new(Draw { from, memory: self.memory(site)? });
+        Ok(if vector { Program::Vector(Vector::Draw(draw)) } else { Program::Number(Number::Draw(draw)) })
+    }
+
+    /// Where the draw of a site is kept. In a reduction it is drawn for each member, and kept nowhere.
+    fn memory(&mut self, site: usize) -> Result<Option<usize>, Flaw> {
+        let looped = self.loops > 0;
+        match self.sites.iter().position(|&(known, _)| known == site) {
+            Some(memory) if !looped && !self.sites[memory].1 => Ok(Some(memory)),
+            Some(_) => Err(Flaw::DrawInReduction),
+            None if self.sites.len() == MOST_DRAWS => Err(Flaw::TooManyDraws { most: MOST_DRAWS }),
+            None => {
+                self.sites.push((site, looped));
+                Ok((!looped).then_some(self.sites.len() - 1))
+            }
+        }
     }
 }
 

@@ -4,12 +4,14 @@
 //! Names are resolved, constants folded, functions bound; index sets stay loops. Evaluation allocates nothing.
 
 mod compile;
+mod draw;
 #[cfg(test)]
 mod naive;
 
 pub(crate) use compile::{Compiler, Layout, Scope};
+pub(crate) use draw::Draws;
 
-use mpgx_random::{Address, Stream};
+use draw::Draw;
 
 use crate::maths::{self, Vec2};
 
@@ -36,8 +38,7 @@ pub(crate) enum Number {
     If(Box<(Truth, Number, Number)>),
     Fold(Fold, Box<Each>, Box<Number>),
     Count(Box<Each>, Box<Truth>),
-    Uniform(Box<[Number; 2]>),
-    Normal(Box<[Number; 2]>),
+    Draw(Box<Draw>),
 }
 
 /// An expression whose value is a plane vector.
@@ -60,9 +61,7 @@ pub(crate) enum Vector {
     Rotate(Box<(Vector, Number)>),
     Unit(Box<Vector>),
     If(Box<(Truth, Vector, Vector)>),
-    Uniform(Box<[Vector; 2]>),
-    Normal(Box<[Vector; 2]>),
-    UnitDisc,
+    Draw(Box<Draw>),
 }
 
 /// An expression whose value is true or false.
@@ -145,12 +144,6 @@ pub(crate) struct Scene<'a> {
     variables: [usize; MOST_VARIABLES],
 }
 
-/// A stream that begins only if something is drawn from it.
-pub(crate) struct Draws {
-    address: Address,
-    stream: Option<Stream>,
-}
-
 impl Agents {
     /// All at rest at the origin.
     pub fn new(count: usize) -> Self {
@@ -163,16 +156,6 @@ impl Agents {
     }
 }
 
-impl Draws {
-    pub fn new(address: Address) -> Self {
-        Draws { address, stream: None }
-    }
-
-    pub fn stream(&mut self) -> &mut Stream {
-        self.stream.get_or_insert_with(|| self.address.stream())
-    }
-}
-
 impl<'a> Scene<'a> {
     /// A scene without draws and motion states.
     pub fn new(agents: &'a Agents, shapes: &'a [Shape], time_s: f64) -> Self {
@@ -181,6 +164,7 @@ impl<'a> Scene<'a> {
 
     /// The same with the states of a motion (numbers in x) and random draws.
     pub fn random(self, states: &'a [Vec2], draws: &'a mut Draws) -> Self {
+        draws.forget();
         Scene { states, draws: Some(draws), ..self }
     }
 
@@ -204,11 +188,6 @@ impl<'a> Scene<'a> {
             }
         };
         maths::add(self.agents.position[shape.about], displacement)
-    }
-
-    /// A draw; the compiler has seen to it that there is a stream.
-    fn draw(&mut self, from: fn(&mut Stream) -> f64) -> f64 {
-        self.draws.as_deref_mut().map_or(f64::NAN, |draws| from(draws.stream()))
     }
 }
 
@@ -262,14 +241,7 @@ impl Number {
                 });
                 count as f64
             }
-            Number::Uniform(of) => {
-                let [low, high] = [of[0].eval(scene), of[1].eval(scene)];
-                low + (high - low) * scene.draw(Stream::uniform)
-            }
-            Number::Normal(of) => {
-                let [mean, deviation] = [of[0].eval(scene), of[1].eval(scene)];
-                mean + deviation * scene.draw(Stream::normal)
-            }
+            Number::Draw(draw) => draw.eval(scene)[0],
         }
     }
 }
@@ -320,18 +292,7 @@ impl Vector {
             Vector::Rotate(of) => maths::rotate(of.0.eval(scene), of.1.eval(scene)),
             Vector::Unit(v) => maths::unit(v.eval(scene)),
             Vector::If(of) => if of.0.eval(scene) { &of.1 } else { &of.2 }.eval(scene),
-            Vector::Uniform(of) => {
-                let [low, high] = [of[0].eval(scene), of[1].eval(scene)];
-                [0, 1].map(|axis| low[axis] + (high[axis] - low[axis]) * scene.draw(Stream::uniform))
-            }
-            Vector::Normal(of) => {
-                let [mean, deviation] = [of[0].eval(scene), of[1].eval(scene)];
-                [0, 1].map(|axis| mean[axis] + deviation[axis] * scene.draw(Stream::normal))
-            }
-            Vector::UnitDisc => {
-                let radius = scene.draw(Stream::uniform).sqrt();
-                maths::rotate([radius, 0.0], std::f64::consts::TAU * scene.draw(Stream::uniform))
-            }
+            Vector::Draw(draw) => draw.eval(scene),
         }
     }
 }

@@ -31,10 +31,7 @@ fn still() -> Control {
 }
 
 fn random_velocity() -> Control {
-    let normal = || {
-        sample::draw(Distribution::Normal { mean: Box::new(number(0.0)), deviation: Box::new(number(1.0)) })
-    };
-    sample::velocity(Expr::Vector(Box::new(normal()), Box::new(normal())))
+    sample::velocity(sample::noise())
 }
 
 fn square_metre() -> Option<Area> {
@@ -359,7 +356,7 @@ fn turned(body: &Extern, angle: f64, shift: Vec2) -> Task {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(sample::cases(200))]
 
     /// Actions stay in a disc inside the limits, so that turned ones are not clipped. Single precision of
     /// the actions allows 1e-8 m a step.
