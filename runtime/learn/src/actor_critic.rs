@@ -261,3 +261,6 @@ impl ActorCritic {
         seen
     }
 }
+
+#[cfg(test)]
+mod tests;

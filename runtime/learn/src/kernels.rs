@@ -7,6 +7,8 @@
 mod lanes;
 mod loops;
 mod storage;
+#[cfg(test)]
+mod tests;
 mod transpose;
 
 use std::ops::Range;
@@ -37,8 +39,6 @@ static FORCED: AtomicU8 = AtomicU8::new(FREE);
 const FREE: u8 = u8::MAX;
 
 impl Simd {
-    pub(crate) const NAMES: [&str; 3] = ["avx512", "avx2", "scalar"];
-
     /// The width of that name, if it is one and this CPU has it.
     pub(crate) fn named(name: &str) -> Option<Self> {
         match name {
@@ -53,12 +53,16 @@ impl Simd {
         }
     }
 
+    /// The widths of this CPU, the widest first.
+    pub(crate) fn available() -> impl Iterator<Item = Self> {
+        ["avx512", "avx2", "scalar"].into_iter().filter_map(Self::named)
+    }
+
     /// The forced width, or else the widest.
     pub(crate) fn best() -> Self {
         let forced = FORCED.load(Ordering::Relaxed);
-        let available = || Self::NAMES.into_iter().filter_map(Self::named);
-        let chosen = available().find(|simd| simd.0 as u8 == forced).or_else(|| available().next());
-        chosen.unwrap_or(Self(Level::Scalar))
+        let chosen = Self::available().find(|simd| simd.0 as u8 == forced);
+        chosen.or_else(|| Self::available().next()).unwrap_or(Self(Level::Scalar))
     }
 
     pub(crate) fn name(self) -> &'static str {

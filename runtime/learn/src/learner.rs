@@ -62,17 +62,7 @@ impl Learner {
         master: u64,
         seed: u32,
     ) -> Result<Self, LearnError> {
-        Self::with_simd(config, state, action, master, seed, Simd::best())
-    }
-
-    pub(crate) fn with_simd(
-        config: Config,
-        state: usize,
-        action: usize,
-        master: u64,
-        seed: u32,
-        simd: Simd,
-    ) -> Result<Self, LearnError> {
+        let simd = Simd::best();
         for (part, len) in [("state", state), ("action", action)] {
             if len == 0 {
                 return Err(LearnError::Empty { part });

@@ -143,3 +143,6 @@ impl Gradients {
         to_panels(&self.rows[last], &mut self.panels[last]);
     }
 }
+
+#[cfg(test)]
+mod tests;
