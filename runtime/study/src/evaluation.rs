@@ -177,3 +177,96 @@ impl Run {
         evaluation.trajectories.extend(self.trajectory);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use mpgx_lang::plan::*;
+
+    use super::*;
+    use crate::tests::sample;
+
+    const KEY: EpisodeKey = EpisodeKey { master: 0, protocol: 1, seed: 0, episode: 0 };
+
+    fn fixed(x: f64, y: f64) -> Expr {
+        Expr::Vector(Box::new(Expr::Number(x)), Box::new(Expr::Number(y)))
+    }
+
+    /// A leader that stands still; its follower starts 1 m from the slot and may go 0.07 m in a step.
+    fn standing() -> Plan {
+        let mut plan = sample::plan();
+        plan.world.horizon = 50;
+        plan.world.groups[0].start = Some(fixed(0.0, 0.0));
+        plan.world.groups[0].speed_mps = (0.0, 0.0);
+        plan.world.groups[1].start = Some(fixed(0.2, 1.0));
+        plan
+    }
+
+    fn by_oracle(plan: &Plan, episodes: usize) -> Evaluation {
+        let task = Task::new(plan, &plan.world).unwrap();
+        let oracle = plan.controllers[0].what.clone();
+        match evaluate(&task, &mut Driver::Controller(&oracle), KEY, episodes, || false) {
+            Ok(evaluation) => evaluation,
+            Err(_) => panic!("it did not end"),
+        }
+    }
+
+    /// Distances 0.93, 0.86, … 0.3 over ten steps, by hand.
+    #[test]
+    fn measures_are_those_of_their_definition() {
+        let mut plan = standing();
+        plan.world.horizon = 10;
+        plan.world.safety_m = 0.5;
+        let evaluation = by_oracle(&plan, 1);
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-6, "{a} is not {b}");
+        near(evaluation.returns[0], -(10.0 - 0.07 * 55.0));
+        near(evaluation.terms[0][0], evaluation.returns[0]);
+        near(evaluation.error_m[0], 1.0 - 0.07 * 8.0);
+        // 0.2 m beside the leader, it is nearer than 0.5 m from a distance of 0.458 m on: steps 8 to 10.
+        assert_eq!(evaluation.collision_steps, [3]);
+        assert_eq!(evaluation.late_collision_steps, [0]);
+        assert_eq!(evaluation.outside_steps, [0]);
+    }
+
+    /// The follower starts outside and needs 8 steps to come in; an end neither stops an episode nor is free.
+    #[test]
+    fn the_whole_horizon_runs_and_costs_are_charged() {
+        let mut plan = standing();
+        plan.world.safety_m = 0.21;
+        plan.world.groups[1].arena = Some(Area { x_m: (-2.0, 2.0), y_m: (0.5, 2.0) });
+        let evaluation = by_oracle(&plan, 1);
+        assert_eq!(evaluation.trajectories[0].error_m.len(), 50);
+        // It is put back to y = 0.5 in each step after the seventh.
+        assert_eq!(evaluation.outside_steps, [43]);
+        let gaps = evaluation.trajectories[0].error_m.iter().map(|error| f64::from(*error)).sum::<f64>();
+        assert!((evaluation.returns[0] + gaps + 43.0).abs() < 1e-4);
+        assert_eq!(evaluation.collision_steps, [0]);
+        plan.world.groups[1].arena = None;
+        assert_eq!(by_oracle(&plan, 1).late_collision_steps, [10]);
+    }
+
+    #[test]
+    fn episodes_differ_but_not_by_how_many_run_beside_them() {
+        let plan = sample::plan();
+        let many = by_oracle(&plan, SIDE_BY_SIDE + 3);
+        let few = by_oracle(&plan, 5);
+        assert_eq!(many.returns[..5], few.returns);
+        assert_eq!(many.trajectories, few.trajectories);
+        let mut returns: Vec<u64> = many.returns.iter().map(|total| total.to_bits()).collect();
+        returns.sort_unstable();
+        returns.dedup();
+        assert_eq!(returns.len(), SIDE_BY_SIDE + 3);
+    }
+
+    #[test]
+    fn the_first_episodes_are_recorded_whole() {
+        let plan = sample::plan();
+        let evaluation = by_oracle(&plan, 5);
+        assert_eq!(evaluation.trajectories.len(), RECORDED as usize);
+        for trajectory in &evaluation.trajectories {
+            assert_eq!((trajectory.agents.len(), trajectory.slots.len()), (2 * 8, 8));
+            assert_eq!((trajectory.terms.len(), trajectory.error_m.len()), (7, 7));
+            assert_eq!((trajectory.actions.len(), trajectory.collisions.len()), (14, 7));
+            assert!(trajectory.actions.iter().all(|action| action.abs() <= 1.0));
+        }
+    }
+}

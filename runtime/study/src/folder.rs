@@ -29,9 +29,6 @@ const SUMMARY: &str = "study.json";
 const RECORD: Kind = Kind { magic: *b"mpgx-rec", format: 1 };
 const POLICY: Kind = Kind { magic: *b"mpgx-pol", format: 1 };
 
-/// Expressions inside each other in `plan.ron`; the parser goes down one call each.
-const DEPTH: usize = 1000;
-
 /// A study as it lies in its folder. An unfinished one has some of its records and no summary.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Study {
@@ -96,7 +93,7 @@ pub(crate) fn freeze(
             Ok(mut frozen) if Identity::of(&frozen, master) == *identity => {
                 if frozen.seeds != plan.seeds {
                     frozen.seeds = plan.seeds;
-                    storage.write_atomic(PLAN, to_ron(&frozen)?.as_bytes())?;
+                    storage.write_atomic(PLAN, frozen.to_ron().as_bytes())?;
                 }
                 return Ok(frozen);
             }
@@ -119,7 +116,7 @@ pub(crate) fn freeze(
         }
         storage.write_atomic(&path, text.as_bytes())?;
     }
-    storage.write_atomic(PLAN, to_ron(plan)?.as_bytes())?;
+    storage.write_atomic(PLAN, plan.to_ron().as_bytes())?;
     storage.write_atomic(IDENTITY, wanted.as_bytes())?;
     Ok(plan.clone())
 }
@@ -173,14 +170,7 @@ pub(crate) fn write_summary(storage: &dyn Storage, summary: &Summary) -> Result<
 
 fn read_plan(storage: &dyn Storage) -> Result<Plan, StudyError> {
     let text = read_text(storage, PLAN)?;
-    ron::Options::default().with_recursion_limit(DEPTH).from_str(&text).map_err(|why| unreadable(PLAN, why))
-}
-
-fn to_ron(plan: &Plan) -> Result<String, StudyError> {
-    ron::Options::default()
-        .with_recursion_limit(DEPTH)
-        .to_string_pretty(plan, ron::ser::PrettyConfig::default())
-        .map_err(|why| unwritable(PLAN, why))
+    Plan::from_ron(&text).map_err(|why| unreadable(PLAN, why))
 }
 
 fn read_source(storage: &dyn Storage, plan: &Plan) -> Result<Vec<(String, String)>, StudyError> {

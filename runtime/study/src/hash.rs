@@ -17,7 +17,7 @@ pub(crate) struct Identity(pub blake3::Hash);
 
 impl Identity {
     pub fn of(plan: &Plan, master: u64) -> Identity {
-        let meaning = crate::places::meaning_hash(&Plan { seeds: 0, ..plan.clone() });
+        let meaning = mpgx_lang::meaning_hash(&Plan { seeds: 0, ..plan.clone() });
         let mut hasher = blake3::Hasher::new();
         hasher.update(meaning.as_bytes());
         hasher.update(&master.to_le_bytes());
@@ -41,7 +41,7 @@ pub fn study_hash(
     let unwritable =
         |why: postcard::Error| StudyError::Unwritable { what: "the study's hash", cause: why.to_string() };
     add(&NUMERICS_VERSION.to_le_bytes());
-    add(crate::places::meaning_hash(plan).as_bytes());
+    add(mpgx_lang::meaning_hash(plan).as_bytes());
     for (id, record) in records {
         add(id.as_bytes());
         add(&postcard::to_stdvec(record).map_err(unwritable)?);
@@ -49,4 +49,36 @@ pub fn study_hash(
     let Summary { seeds, failures, protocols, comparisons, expect, .. } = statistics;
     add(&postcard::to_stdvec(&(seeds, failures, protocols, comparisons, expect)).map_err(unwritable)?);
     Ok(hasher.finalize().to_hex().to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::storage::SimulatedDisk;
+    use crate::tests::sample;
+
+    /// A record counts whole, not only as far as the statistics see it.
+    #[test]
+    fn every_record_and_every_statistic_counts() {
+        let disk = SimulatedDisk::default();
+        let hash = sample::hash_of(&disk, &sample::plan());
+        let study = crate::load(&disk).unwrap();
+        let summary = study.summary.unwrap();
+        let of =
+            |records: &BTreeMap<_, _>, summary: &Summary| study_hash(&study.plan, records, summary).unwrap();
+        assert_eq!(of(&study.records, &summary), hash);
+
+        let mut records = study.records.clone();
+        records.get_mut("td3-001").unwrap().training.as_mut().unwrap().error_m[0] += 1e-12;
+        assert_ne!(of(&records, &summary), hash);
+        let mut fewer = study.records.clone();
+        fewer.remove("oracle-000");
+        assert_ne!(of(&fewer, &summary), hash);
+
+        let mut other = summary.clone();
+        other.protocols.get_mut("random").unwrap().remove("td3");
+        assert_ne!(of(&study.records, &other), hash);
+        let timed = Summary { training: BTreeMap::new(), version: "next".into(), ..summary };
+        assert_eq!(of(&study.records, &timed), hash);
+    }
 }

@@ -24,13 +24,6 @@ fn plain(file: &str, folder: &Path) -> String {
     path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
-// TODO until lang has its own
-pub(crate) fn meaning_hash(plan: &Plan) -> String {
-    let mut plan = plan.clone();
-    each_place(&mut plan, |place| *place = Place::default());
-    blake3::hash(&postcard::to_stdvec(&plan).unwrap_or_default()).to_hex().to_string()
-}
-
 fn each_place(plan: &mut Plan, mut change: impl FnMut(&mut Place)) {
     let mut in_world = |world: &mut World| {
         world.groups.iter_mut().for_each(|group| change(&mut group.at));

@@ -105,7 +105,7 @@ pub(crate) fn run_in_order(
     let summary = Summary {
         version: env!("CARGO_PKG_VERSION").to_string(),
         numerics_version: NUMERICS_VERSION,
-        meaning_hash: crate::places::meaning_hash(&study.plan),
+        meaning_hash: mpgx_lang::meaning_hash(&study.plan),
         study_hash: study_hash(&study.plan, &study.records, &summary)?,
         ..summary
     };

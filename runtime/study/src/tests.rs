@@ -2,4 +2,4 @@
 
 mod faults;
 mod same_bytes;
-mod sample;
+pub mod sample;

@@ -214,3 +214,79 @@ impl Sums {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use mpgx_lang::plan::{Plan, Setting};
+
+    use super::*;
+    use crate::cell::cells;
+    use crate::tests::sample;
+
+    fn trained(plan: &Plan) -> Training {
+        let task = Task::new(plan, &plan.world).unwrap();
+        let cell = &cells(plan).unwrap()[0];
+        let mut trainer = Trainer::new(&task, cell, 0).unwrap();
+        while !trainer.is_done() {
+            trainer.step().unwrap_or_else(|fault| panic!("{fault:?}"));
+        }
+        assert!(trainer.course.steps <= trainer.most_steps());
+        trainer.finish().0
+    }
+
+    fn set(plan: &mut Plan, setting: &str, value: f64) {
+        plan.learners[0].what.settings.insert(setting.into(), Setting::Number(value));
+    }
+
+    /// Nobody can be lost: every episode has seven steps.
+    fn endless() -> Plan {
+        let mut plan = sample::plan();
+        plan.world.groups[1].arena = None;
+        plan
+    }
+
+    #[test]
+    fn training_ends_with_the_first_budget_that_is_spent() {
+        let mut plan = endless();
+        let training = trained(&plan);
+        assert_eq!(training.steps, [7, 14, 21, 28]);
+        assert_eq!(training.ended, [None; 4]);
+        // 30 steps; the first two did not fill a mini-batch of three.
+        assert_eq!(training.updates, 28);
+        set(&mut plan, "episodes", 2.0);
+        let training = trained(&plan);
+        assert_eq!((training.steps, training.updates), (vec![7, 14], 12));
+    }
+
+    #[test]
+    fn an_episode_sums_its_rewards_and_averages_its_errors() {
+        let training = trained(&endless());
+        for ((total, error_m), terms) in training.returns.iter().zip(&training.error_m).zip(&training.terms) {
+            assert!((total + 7.0 * error_m).abs() < 1e-12 && *total < 0.0);
+            assert_eq!(terms, &[*total]);
+        }
+    }
+
+    #[test]
+    fn an_end_stops_the_episode_and_costs_once() {
+        let mut plan = sample::plan();
+        plan.world.groups[1].speed_mps = (5.0, 6.0);
+        let training = trained(&plan);
+        assert!(training.ended.iter().all(|end| *end == Some(0)) && training.steps[0] < 7);
+        assert!((training.returns[0] - (training.terms[0][0] - 1.0)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn health_is_noted_at_its_cadence_in_whole_columns() {
+        let mut plan = endless();
+        set(&mut plan, "steps", 62.0);
+        set(&mut plan, "inner", 25.0);
+        set(&mut plan, "delay", 700.0);
+        let health = trained(&plan).health;
+        assert_eq!(health.updates, [500, 1000, 1500]);
+        assert!(health.columns.contains_key("loss/critic"));
+        let actor = &health.columns["loss/actor"];
+        assert_eq!((actor[0], actor.len()), (actor[1], 3));
+        assert!(health.columns.values().flatten().all(|value| value.is_finite()));
+    }
+}

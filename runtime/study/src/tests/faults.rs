@@ -84,10 +84,10 @@ fn the_machine_may_stop_while_it_recovers() {
 }
 
 /// A study interrupted in the middle of a cell, with two checkpoints on disk.
-fn with_checkpoints() -> SimulatedDisk {
+fn with_checkpoints(plan: &Plan) -> SimulatedDisk {
     let disk = SimulatedDisk::default();
     let listener = Listener { interrupt_after: Some(3), ..Listener::default() };
-    assert!(matches!(run_on(&disk, &small(), &listener), Ok(Outcome::Interrupted { .. })));
+    assert!(matches!(run_on(&disk, plan, &listener), Ok(Outcome::Interrupted { .. })));
     let files = disk.list("cells/mpg-000").unwrap();
     assert_eq!(files, ["checkpoint.0", "checkpoint.1", "replay.log"]);
     disk
@@ -96,7 +96,7 @@ fn with_checkpoints() -> SimulatedDisk {
 #[test]
 fn damaged_checkpoints_are_passed_over() {
     let (_, expected) = undisturbed();
-    let start = with_checkpoints();
+    let start = with_checkpoints(&small());
     let resumed_at = |disk: &SimulatedDisk| {
         let listener = Listener::default();
         assert_eq!(hash(run_on(disk, &small(), &listener)), expected);
@@ -132,13 +132,43 @@ fn damaged_checkpoints_are_passed_over() {
     assert!(seen == expected.into() || seen == other.into(), "{seen:?}");
 }
 
+/// After one damaged checkpoint there are soon two whole ones again.
+#[test]
+fn the_good_checkpoint_is_not_the_next_to_be_written() {
+    let plan = Plan { learners: vec![learner("mpg", 60.0)], ..small() };
+    let expected = hash_of(&SimulatedDisk::default(), &plan);
+    for damaged in ["cells/mpg-000/checkpoint.0", "cells/mpg-000/checkpoint.1"] {
+        let disk = with_checkpoints(&plan);
+        disk.write_atomic(damaged, b"mpgx-chk").unwrap();
+        let further = Listener { interrupt_after: Some(1), ..Listener::default() };
+        run_on(&disk, &plan, &further).unwrap();
+        for path in ["cells/mpg-000/checkpoint.0", "cells/mpg-000/checkpoint.1"] {
+            let (disk, listener) = (disk.fork(), Listener::default());
+            disk.write_atomic(path, b"mpgx-chk").unwrap();
+            assert_eq!(hash(run_on(&disk, &plan, &listener)), expected);
+            assert!(listener.started.lock().unwrap()[0].1 > 0, "{damaged}, then {path}");
+        }
+    }
+}
+
+/// One cell that cannot be stored stops the others, so that nobody waits an hour for an error.
+#[test]
+fn a_broken_disk_stops_all_cells() {
+    let disk = SimulatedDisk::default();
+    disk.inject(30, Fault::FullOnce);
+    let listener = Listener::default();
+    let error = run_on(&disk, &plan(), &listener).unwrap_err().to_string();
+    assert!(error.contains("no space left"), "{error}");
+    assert_eq!(listener.started(), ["mpg-000"]);
+}
+
 #[test]
 fn a_checkpoint_of_another_cell_or_study_is_passed_over() {
     let (_, expected) = undisturbed();
     let other = Plan { learners: vec![learner("mpg", 26.0)], ..small() };
     let foreign = SimulatedDisk::default();
     run_on(&foreign, &other, &Listener { interrupt_after: Some(3), ..Listener::default() }).unwrap();
-    let disk = with_checkpoints();
+    let disk = with_checkpoints(&small());
     for name in ["checkpoint.0", "checkpoint.1", "replay.log"] {
         let path = format!("cells/mpg-000/{name}");
         disk.write_atomic(&path, &foreign.read(&path).unwrap()).unwrap();
