@@ -1,5 +1,7 @@
 //! Scenarios from their text to their episodes.
 
+#![allow(clippy::unwrap_used)]
+
 use mpgx_lang::plan::{Extern, Plan, Setting};
 use mpgx_lang::problem::{Style, render};
 use mpgx_lang::source::NoFiles;
