@@ -52,6 +52,13 @@ pub fn plan(name: &str, overrides: &[Override]) -> Result<(Plan, Compilation), F
     }
 }
 
+/// Name and text of the scenario's own files, the main one first; not the standard library, not `--set`.
+pub fn files(compilation: &Compilation) -> Vec<(String, String)> {
+    let own = |name: &str| name.ends_with(".scn") && !name.starts_with("std/") && !name.starts_with("--set ");
+    let files = compilation.sources.iter().filter(|file| own(&file.name));
+    files.map(|file| (file.name.clone(), file.text.clone())).collect()
+}
+
 fn embedded(name: &str) -> Option<(&'static str, &'static str)> {
     let wanted = name.strip_suffix(".scn").unwrap_or(name);
     EMBEDDED.iter().copied().find(|(name, _)| *name == wanted)

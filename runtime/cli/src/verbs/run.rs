@@ -59,7 +59,7 @@ pub fn run(args: Args) -> Result<Exit, Failure> {
     if args.dry_run {
         return Ok(Exit::Done);
     }
-    let source = compilation.sources.of_scenario();
+    let source = scenario::files(&compilation);
     let storage = RealDisk::new(&folder);
     let mut options = Options { interrupt: interrupt_flag()?, ..Options::default() };
     if let Some(threads) = args.threads {
