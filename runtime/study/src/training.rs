@@ -288,5 +288,21 @@ mod tests {
         let actor = &health.columns["loss/actor"];
         assert_eq!((actor[0], actor.len()), (actor[1], 3));
         assert!(health.columns.values().flatten().all(|value| value.is_finite()));
+        // It shrinks with every episode.
+        let noise = &health.columns["noise/explore"];
+        assert!(noise[0] > noise[1] && noise[1] > noise[2]);
+    }
+    #[test]
+    fn either_budget_lowers_the_step_sizes() {
+        for (setting, budget) in [("steps", 60.0), ("episodes", 9.0)] {
+            let with = |rate_end| {
+                let mut plan = endless();
+                set(&mut plan, "steps", 1e9);
+                set(&mut plan, setting, budget);
+                set(&mut plan, "rate_end", rate_end);
+                trained(&plan).returns
+            };
+            assert_ne!(with(1.0), with(0.0), "{setting}");
+        }
     }
 }

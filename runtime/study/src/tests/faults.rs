@@ -219,6 +219,8 @@ fn a_cell_without_numbers_fails_alone() {
         assert_eq!(failure.cause, "reward term `close` is NaN");
         assert_eq!(failure.at, "sample.scn:9:5");
         assert!(failure.step > 0 && record.protocols.is_empty());
+        let policy = format!("cells/{}-{:03}/policy.bin", record.method, record.seed);
+        assert_eq!(disk.read_if_there(&policy).unwrap(), None);
     }
     assert!(study.records["oracle-000"].failure.is_none());
     assert!(!study.summary.as_ref().unwrap().failures.is_empty());

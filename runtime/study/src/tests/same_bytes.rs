@@ -131,6 +131,23 @@ fn a_folder_of_another_plan_is_refused_and_left_alone() {
     assert_eq!(hash_of(&disk, &plan()), hash);
 }
 
+#[test]
+fn methods_meet_the_same_episodes_and_protocols_different_ones() {
+    let mut plan = plan();
+    plan.protocols.push(mpgx_lang::plan::Protocol { name: "again".into(), ..plan.protocols[0].clone() });
+    let Ok(Outcome::Finished(study)) = run_on(&SimulatedDisk::default(), &plan, &Listener::default()) else {
+        panic!("not finished")
+    };
+    let leader = |cell: &str, protocol: &str| {
+        let trajectory = &study.records[cell].protocols[protocol].trajectories[0];
+        trajectory.agents.iter().step_by(2).copied().collect::<Vec<_>>()
+    };
+    for cell in ["mpg-001", "td3-000", "oracle-000"] {
+        assert_eq!(leader(cell, "random"), leader("mpg-000", "random"));
+        assert_ne!(leader(cell, "random"), leader(cell, "again"));
+    }
+}
+
 /// Where things stand in the source, and where the source lies, is not part of a study.
 #[test]
 fn moved_lines_and_folders_change_nothing() {
