@@ -13,9 +13,9 @@ use mpgx_study::summary::Summary;
 use serde::{Deserialize, Serialize};
 
 mod band;
-mod notation;
 mod panels;
 mod svg;
+mod symbols;
 mod text;
 mod tracks;
 mod view;

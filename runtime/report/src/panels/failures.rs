@@ -5,7 +5,7 @@ use minijinja::value::Serde;
 use serde::Serialize;
 
 use super::{Content, Panel};
-use crate::text::{Format, duration, plural};
+use crate::text::{Format, count, duration, plural};
 use crate::view::View;
 
 pub const PANEL: Panel = Panel {
@@ -32,7 +32,7 @@ struct Time<'a> {
     method: &'a str,
     style: &'a str,
     seeds: usize,
-    updates: u64,
+    updates: String,
     rate: String,
     each: String,
 }
@@ -64,7 +64,7 @@ fn content(view: &View) -> Option<Content> {
                 method,
                 style: view.style(method),
                 seeds,
-                updates: training.updates,
+                updates: count(training.updates as f64),
                 rate: Format { digits: 0, ..Format::number(rate) }.plain(rate),
                 each: duration(mean),
             }

@@ -8,6 +8,7 @@ use mpgx_lang::plan::Setting;
 use serde::Serialize;
 
 use super::{Content, Panel};
+use crate::Provenance;
 use crate::view::View;
 
 pub const PANEL: Panel = Panel {
@@ -29,24 +30,27 @@ struct SettingRow<'a> {
 fn content(view: &View) -> Option<Content> {
     let input = view.input;
     let summary = input.summary;
+    let scenario = input.source.first().map_or(&input.plan.name, |(name, _)| name);
+    let version = format!("{}, numerics version {}", summary.version, summary.numerics_version);
+    let Provenance { command, cpu, threads, duration } = &input.provenance;
+    // The last of each tells code from prose.
     let facts = [
-        ("Scenario", input.source.first().map_or(input.plan.name.as_str(), |(name, _)| name).to_string()),
-        ("Command", input.provenance.command.clone()),
-        ("Meaning hash", summary.meaning_hash.clone()),
-        ("Study hash", summary.study_hash.clone()),
-        ("mpgx", format!("{}, numerics version {}", summary.version, summary.numerics_version)),
-        ("Processor", input.provenance.cpu.clone()),
-        ("Threads", input.provenance.threads.clone()),
-        ("Duration", input.provenance.duration.clone()),
+        ("Scenario", scenario, true),
+        ("Command", command, true),
+        ("Meaning hash", &summary.meaning_hash, true),
+        ("Study hash", &summary.study_hash, true),
+        ("mpgx", &version, false),
+        ("Processor", cpu, false),
+        ("Threads", threads, false),
+        ("Duration", duration, false),
     ];
-    let facts: Vec<_> = facts.into_iter().filter(|(_, value)| !value.is_empty()).collect();
+    let facts: Vec<_> = facts.into_iter().filter(|(_, value, _)| !value.is_empty()).collect();
     let labels: Vec<_> = view.learners().map(|method| (method.label, method.style.as_str())).collect();
-    let plan = serde_json::to_string_pretty(input.plan).ok()?;
     let context = context! {
         facts => Serde(facts),
         labels => Serde(labels),
         settings => Serde(settings(view)),
-        plan,
+        plan => input.plan.to_ron(),
     };
     Some(Content { context, data: None })
 }

@@ -2,10 +2,12 @@
 
 use minijinja::value::Serde;
 use minijinja::{Value, context};
+use mpgx_lang::plan::Expr;
+use mpgx_lang::render::{latex, mathml};
 use serde::Serialize;
 
 use super::{Content, Panel};
-use crate::notation;
+use crate::symbols::{Symbol, quantity, symbols};
 use crate::text::Format;
 use crate::view::View;
 
@@ -18,7 +20,7 @@ struct Term<'a> {
     doc: &'a str,
     math: Value,
     latex: String,
-    dimension: &'a str,
+    symbols: Vec<Symbol>,
     link: Option<String>,
     place: String,
     share: Option<Share>,
@@ -45,7 +47,6 @@ struct End<'a> {
 struct Param<'a> {
     name: &'a str,
     value: String,
-    dimension: &'a str,
     doc: &'a str,
     link: Option<String>,
 }
@@ -86,21 +87,22 @@ fn content(view: &View) -> Option<Content> {
         .map(|(term, sum)| Term {
             name: &term.name,
             doc: term.doc.trim(),
-            math: Value::from_safe_string(notation::mathml(plan, world, &term.value)),
-            latex: notation::latex(plan, world, &term.value),
-            dimension: &term.dimension,
+            math: Value::from_safe_string(mathml::term(plan, world, term)),
+            latex: latex::term(plan, world, term),
+            symbols: symbols(plan, world, &term.value),
             link: view.source_link(&term.at.file, term.at.line),
             place: format!("{}:{}", term.at.file, term.at.line),
             share: share(*sum),
         })
         .collect();
+    let math = |expr: &Expr| Value::from_safe_string(mathml::expr(plan, world, expr));
     let ends: Vec<_> = world
         .ends
         .iter()
         .map(|end| End {
             name: &end.name,
-            math: Value::from_safe_string(notation::mathml(plan, world, &end.when)),
-            cost: end.cost.as_ref().map(|cost| Value::from_safe_string(notation::mathml(plan, world, cost))),
+            math: math(&end.when),
+            cost: end.cost.as_ref().map(math),
             link: view.source_link(&end.at.file, end.at.line),
         })
         .collect();
@@ -109,8 +111,7 @@ fn content(view: &View) -> Option<Content> {
         .iter()
         .map(|param| Param {
             name: &param.name,
-            value: format!("{}", param.value).replace('-', "\u{2212}"),
-            dimension: &param.dimension,
+            value: quantity(param.value, &param.dimension),
             doc: param.doc.trim(),
             link: view.source_link(&param.at.file, param.at.line),
         })

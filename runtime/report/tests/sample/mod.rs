@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use mpgx_lang::plan::*;
+use mpgx_lang::plan::{Plan, Protocol};
+use mpgx_lang::source::NoFiles;
 use mpgx_random::{Address, Purpose, Stream};
 use mpgx_report::{Input, Provenance};
 use mpgx_study::record::{CellRecord, Evaluation, Failure, Health, Timing, Training, Trajectory};
@@ -13,6 +14,7 @@ const SOURCE: &str = include_str!("../../../../scenarios/square_unison.scn");
 const FILE: &str = "square_unison.scn";
 const DT: f64 = 0.1;
 const STEPS: usize = 200;
+const EPISODES: usize = 20;
 const SAFETY: f64 = 0.1;
 const SIDE: f64 = 0.4;
 const SLOTS: [[f64; 2]; 3] = [[-SIDE, 0.0], [-SIDE, -SIDE], [0.0, -SIDE]];
@@ -158,7 +160,7 @@ fn health(noise: &mut Stream) -> Health {
 
 fn evaluation(method: &str, seed: u32, protocol: u32, lag: f64) -> Evaluation {
     let mut evaluation = Evaluation::default();
-    for episode in 0..20 {
+    for episode in 0..EPISODES as u32 {
         let trajectory = trajectory(method, seed, protocol, episode, lag);
         let gap: f64 = trajectory.terms.iter().step_by(2).map(|&x| f64::from(x)).sum();
         let crash: f64 = trajectory.terms.iter().skip(1).step_by(2).map(|&x| f64::from(x)).sum();
@@ -242,158 +244,13 @@ fn trajectory(method: &str, seed: u32, protocol: u32, episode: u32, lag: f64) ->
     out
 }
 
-fn at(line: usize) -> Place {
-    Place { file: FILE.into(), line, column: 5 }
-}
-
+/// The compiled scenario with other seeds and protocols.
 pub fn plan(seeds: usize, protocols: &[&str]) -> Plan {
-    let number = |value: f64| Box::new(Expr::Number(value));
-    let binder = |id: usize, name: &str| Binder { id, name: name.into() };
-    let position = |id: usize| Box::new(Expr::Agent(Quantity::Position, AgentRef::Var(id)));
-    let distance = |a, b| Expr::Call(Function::Norm, vec![Expr::Binary(BinaryOp::Sub, a, b)]);
-    let gap = Expr::Unary(
-        UnaryOp::Neg,
-        Box::new(Expr::Reduce {
-            op: Reduction::Sum,
-            vars: vec![binder(0, "i")],
-            over: IndexSet::Group(1),
-            filter: None,
-            body: Box::new(distance(position(0), Box::new(Expr::Slot(0, AgentRef::Var(0))))),
-        }),
-    );
-    let collisions = Expr::Reduce {
-        op: Reduction::Count,
-        vars: vec![binder(0, "i"), binder(1, "j")],
-        over: IndexSet::Pairs(Box::new(IndexSet::All)),
-        filter: None,
-        body: Box::new(Expr::Binary(
-            BinaryOp::Less,
-            Box::new(distance(position(0), position(1))),
-            Box::new(Expr::World(WorldConstant::Safety)),
-        )),
-    };
-    let crash = Expr::Binary(
-        BinaryOp::Mul,
-        Box::new(Expr::Unary(UnaryOp::Neg, Box::new(Expr::Param(1)))),
-        Box::new(collisions.clone()),
-    );
-    let lost = Expr::Reduce {
-        op: Reduction::Any,
-        vars: vec![binder(0, "i")],
-        over: IndexSet::Group(1),
-        filter: None,
-        body: Box::new(Expr::Agent(Quantity::Outside, AgentRef::Var(0))),
-    };
-    let bare = |name: &str| Extern { name: name.into(), settings: BTreeMap::new() };
-    let group = |name: &str, size, body, reach: f64, control, line| Group {
-        name: name.into(),
-        size,
-        body,
-        arena: Some(Area { x_m: (-reach, reach), y_m: (-reach, reach) }),
-        speed_mps: (-0.7, 0.7),
-        control,
-        start: Some(Expr::Vector(number(0.0), number(0.0))),
-        at: at(line),
-    };
-    let motion = Motion {
-        name: "random_velocity".into(),
-        states: Vec::new(),
-        output: MotionOutput::Velocity(Expr::Vector(number(0.0), number(0.0))),
-    };
-    let unicycle = Extern {
-        settings: BTreeMap::from([("hand".to_string(), Setting::Number(0.15))]),
-        ..bare("unicycle")
-    };
-    let term = |name: &str, doc: &str, value, line| Term {
-        name: name.into(),
-        doc: doc.into(),
-        value,
-        dimension: "length".into(),
-        at: at(line),
-    };
-    let method = |name: &str, rate: f64| Method {
-        label: name.into(),
-        what: Extern {
-            name: name.into(),
-            settings: BTreeMap::from([
-                ("gamma".to_string(), Setting::Number(0.9)),
-                ("actor_rate".to_string(), Setting::Number(rate)),
-                ("hidden".to_string(), Setting::List(vec![400.0, 300.0])),
-                ("delta_reset".to_string(), Setting::Truth(false)),
-            ]),
-        },
-        at: at(49),
-    };
-    let param = |name: &str, doc: &str, value, line| Param {
-        name: name.into(),
-        doc: doc.into(),
-        value,
-        dimension: "length".into(),
-        at: at(line),
-    };
-    Plan {
-        name: "square_unison".into(),
-        doc: "Three robots keep a square with a leader that moves at random.".into(),
-        params: vec![
-            param("side", "Edge of the square.", 0.4, 11),
-            param("k_c", "What one collision costs, as metres of error.", 1.0, 14),
-        ],
-        world: World {
-            dt_s: DT,
-            horizon: STEPS,
-            safety_m: SAFETY,
-            groups: vec![
-                group("leader", 1, bare("point"), 1.0, Control::Motion(motion), 18),
-                group("follower", 3, unicycle, 2.0, Control::Learned, 25),
-            ],
-            formations: vec![Formation {
-                name: "F".into(),
-                shape: "square".into(),
-                group: 1,
-                about: 0,
-                slots: Slots::List(vec![Expr::Vector(number(0.0), number(0.0)); 3]),
-                at: at(32),
-            }],
-            require: Vec::new(),
-            observe: Vec::new(),
-            reward: vec![
-                term("gap", "How far the followers are from their slots, together.", gap, 39),
-                term("crash", "", crash, 40),
-            ],
-            ends: vec![
-                End {
-                    name: "crash".into(),
-                    when: Expr::Binary(BinaryOp::Greater, Box::new(collisions), number(0.0)),
-                    cost: None,
-                    at: at(44),
-                },
-                End { name: "lost".into(), when: lost, cost: Some(Expr::Number(1.0)), at: at(45) },
-            ],
-        },
-        learners: vec![method("mpg", 1e-3), method("td3", 5e-4)],
-        controllers: vec![
-            Method { label: "oracle".into(), what: bare("oracle"), at: at(49) },
-            Method { label: "proportional".into(), what: bare("proportional"), at: at(49) },
-        ],
-        seeds,
-        protocols: protocols
-            .iter()
-            .map(|name| Protocol { name: name.to_string(), episodes: 20, world: None, at: at(52) })
-            .collect(),
-        claims: protocols
-            .iter()
-            .map(|protocol| Claim {
-                text: format!("{protocol}.error < 0.12 m at 95%"),
-                kind: ClaimKind::Bound {
-                    protocol: protocol.to_string(),
-                    metric: "error_m".into(),
-                    method: "mpg".into(),
-                    below: true,
-                    bound: 0.12,
-                    confidence: 0.95,
-                },
-                at: at(55),
-            })
-            .collect(),
-    }
+    let mut plan = mpgx_lang::compile(FILE, SOURCE.to_string(), &[], &NoFiles).plan.unwrap();
+    let (protocol, claim) = (plan.protocols[0].clone(), plan.claims[0].clone());
+    let protocol = |name: &&str| Protocol { name: name.to_string(), episodes: EPISODES, ..protocol.clone() };
+    plan.seeds = seeds;
+    plan.protocols = protocols.iter().map(protocol).collect();
+    plan.claims = vec![claim];
+    plan
 }
