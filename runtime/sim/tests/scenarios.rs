@@ -164,3 +164,16 @@ fn a_line_is_as_long_as_its_group() {
         assert!((slot[0] - (x - 0.4 * (k + 1) as f64)).abs() < 1e-15 && slot[1] == y);
     }
 }
+
+/// The bits that every result stands on; a change of them is a new `numerics_version`.
+#[test]
+fn the_bits_of_an_episode_are_fixed() {
+    let task = &tasks(&plan(SQUARE_UNISON))[0];
+    let mut episode = began(task, 7);
+    let action: Vec<f32> = (0..6).map(|k| k as f32 / 4.0 - 0.6).collect();
+    let rewards = (0..50).map(|_| task.step(&mut episode, &action, Mode::Train).reward);
+    let reward: f64 = rewards.sum();
+    let bits = [reward, episode.position(0)[0], episode.position(3)[1], episode.heading(3)].map(f64::to_bits);
+    let fixed = [13863899223879105916, 4599390945293851248, 4610628590179069111, 4607268623923207547];
+    assert_eq!(bits, fixed);
+}
