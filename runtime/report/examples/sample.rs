@@ -1,7 +1,7 @@
 //! Writes the report of a made-up study: `cargo run -p mpgx-report --example sample -- sample.html`.
 
 #[path = "../tests/sample/mod.rs"]
-#[allow(dead_code)]
+#[allow(dead_code, clippy::unwrap_used)]
 mod sample;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

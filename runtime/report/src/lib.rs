@@ -13,6 +13,7 @@ use mpgx_study::summary::Summary;
 use serde::{Deserialize, Serialize};
 
 mod band;
+mod grid;
 mod panels;
 mod svg;
 mod symbols;

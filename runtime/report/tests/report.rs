@@ -1,5 +1,7 @@
 //! The page as a whole: complete, inert, small, and the same for equal records.
 
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
 mod sample;
 
 use std::collections::BTreeMap;

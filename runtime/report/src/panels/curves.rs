@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::{Content, Panel};
 use crate::band::{Estimate, Resamples};
+use crate::grid::{Grid, WINDOW};
 use crate::svg::{self, Axis, Chart};
 use crate::text::{Format, count, escape};
 use crate::view::{Entry, View};
@@ -19,10 +20,6 @@ pub const PANEL: Panel = Panel {
     content,
 };
 
-/// Most points of a curve.
-const POINTS: usize = 200;
-/// The box filter averages over this share of training.
-const WINDOW: f64 = 0.05;
 /// Rows of a table below a chart.
 const TABLE_ROWS: usize = 12;
 
@@ -34,7 +31,28 @@ struct Quantity {
     /// Metric of the held-out evaluation whose oracle value is drawn as a level.
     metric: String,
     log: bool,
-    column: Box<dyn Fn(&Training) -> Vec<f64>>,
+    column: Column,
+}
+
+/// A column of the record of training.
+enum Column {
+    Error,
+    Returns,
+    /// Of a reward term.
+    Term(usize),
+}
+
+impl Column {
+    /// One value an episode.
+    fn of(&self, training: &Training) -> Vec<f64> {
+        match self {
+            Column::Error => training.error_m.clone(),
+            Column::Returns => training.returns.clone(),
+            Column::Term(k) => {
+                training.terms.iter().map(|terms| terms.get(*k).copied().unwrap_or(f64::NAN)).collect()
+            }
+        }
+    }
 }
 
 /// One method's curves of one quantity on the shared grid of steps.
@@ -156,7 +174,7 @@ fn quantities(view: &View) -> Vec<Quantity> {
             format: Format::length,
             metric: "error_m".into(),
             log: true,
-            column: Box::new(|training| training.error_m.clone()),
+            column: Column::Error,
         },
         Quantity {
             id: "return".into(),
@@ -164,7 +182,7 @@ fn quantities(view: &View) -> Vec<Quantity> {
             format: Format::number,
             metric: "return".into(),
             log: false,
-            column: Box::new(|training| training.returns.clone()),
+            column: Column::Returns,
         },
     ];
     let terms = &view.input.plan.world.reward;
@@ -174,68 +192,9 @@ fn quantities(view: &View) -> Vec<Quantity> {
         format: Format::number,
         metric: format!("reward/{}", term.name),
         log: false,
-        column: Box::new(move |training| {
-            training.terms.iter().map(|terms| terms.get(k).copied().unwrap_or(f64::NAN)).collect()
-        }),
+        column: Column::Term(k),
     }));
     quantities
-}
-
-/// Equal bins of steps, each long enough to see the end of an episode.
-struct Grid {
-    last: u64,
-    bins: usize,
-    /// Bins that the box filter averages over.
-    window: usize,
-}
-
-impl Grid {
-    fn new(last: u64, horizon: usize) -> Grid {
-        let bins = (last / horizon.max(1) as u64).clamp(2, POINTS as u64) as usize;
-        Grid { last, bins, window: ((bins as f64 * WINDOW).round() as usize).max(1) }
-    }
-
-    /// The steps at the end of each bin.
-    fn steps(&self) -> Vec<u64> {
-        (1..=self.bins as u64).map(|bin| bin * self.last / self.bins as u64).collect()
-    }
-
-    /// Mean of the episodes that end in each bin, empty bins from their neighbours; nothing after the last episode.
-    fn resample(&self, steps: &[u64], column: &[f64]) -> Vec<Option<f64>> {
-        let mut sums = vec![(0.0, 0.0); self.bins];
-        for (step, value) in steps.iter().zip(column).filter(|(_, value)| value.is_finite()) {
-            let bin = (step.saturating_sub(1) as usize).saturating_mul(self.bins) / self.last as usize;
-            if let Some((sum, count)) = sums.get_mut(bin) {
-                *sum += value;
-                *count += 1.0;
-            }
-        }
-        let seen: Vec<(usize, f64)> =
-            sums.iter().enumerate().filter(|(_, s)| s.1 > 0.0).map(|(bin, s)| (bin, s.0 / s.1)).collect();
-        (0..self.bins)
-            .map(|bin| {
-                let after = seen.partition_point(|&(other, _)| other < bin);
-                let (right, right_value) = *seen.get(after)?;
-                let (left, left_value) = *seen.get(after.wrapping_sub(1)).unwrap_or(&(right, right_value));
-                let share = (bin as f64 - left as f64) / ((right - left) as f64).max(1.0);
-                Some(if right == bin { right_value } else { left_value + share * (right_value - left_value) })
-            })
-            .collect()
-    }
-
-    /// The box filter: mean of the last `window` bins.
-    fn smooth(&self, values: &[Option<f64>]) -> Vec<Option<f64>> {
-        let mean = |bin: usize| {
-            let window = values.get((bin + 1).saturating_sub(self.window)..=bin)?;
-            let known: Vec<f64> = window.iter().flatten().copied().collect();
-            values.get(bin).copied().flatten().map(|_| known.iter().sum::<f64>() / known.len() as f64)
-        };
-        (0..values.len()).map(mean).collect()
-    }
-
-    fn place(&self, bin: usize) -> f64 {
-        (bin + 1) as f64 / self.bins as f64
-    }
 }
 
 fn curves<'v>(method: &'v Entry, quantity: &Quantity, grid: &Grid) -> Curves<'v> {
@@ -244,7 +203,7 @@ fn curves<'v>(method: &'v Entry, quantity: &Quantity, grid: &Grid) -> Curves<'v>
         .iter()
         .filter_map(|record| {
             let training = record.training.as_ref()?;
-            let values = grid.resample(&training.steps, &(quantity.column)(training));
+            let values = grid.resample(&training.steps, &quantity.column.of(training));
             let values = values.into_iter().map(|value| value.map(short)).collect();
             Some(Seed { seed: record.seed, failed: record.failure.is_some(), values })
         })
@@ -357,25 +316,4 @@ fn table(methods: &[Curves], grid: &Grid, format: Format) -> Vec<Vec<String>> {
         .filter(|(bin, _)| (bin + 1) % every == 0 || bin + 1 == grid.bins)
         .map(row)
         .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn empty_bins_take_the_line_between_their_neighbours() {
-        let grid = Grid { last: 100, bins: 5, window: 2 };
-        assert_eq!(grid.steps(), [20, 40, 60, 80, 100]);
-        let values = grid.resample(&[10, 20, 70], &[1.0, 3.0, 8.0]);
-        assert_eq!(values, [Some(2.0), Some(4.0), Some(6.0), Some(8.0), None]);
-        assert_eq!(grid.smooth(&values), [Some(2.0), Some(3.0), Some(5.0), Some(7.0), None]);
-    }
-
-    #[test]
-    fn values_that_are_not_numbers_leave_no_trace() {
-        let grid = Grid { last: 40, bins: 2, window: 1 };
-        assert_eq!(grid.resample(&[20, 40], &[f64::NAN, 5.0]), [Some(5.0), Some(5.0)]);
-        assert_eq!(grid.resample(&[], &[]), [None, None]);
-    }
 }

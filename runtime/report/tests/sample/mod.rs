@@ -185,7 +185,7 @@ fn trajectory(method: &str, seed: u32, protocol: u32, episode: u32, lag: f64) ->
     let mut wind = stream("leader", 0, episode, u64::from(protocol));
     let mut noise = stream(method, seed, episode, 1 + u64::from(protocol));
     let mut leader = [0.6 * (2.0 * wind.uniform() - 1.0), 0.6 * (2.0 * wind.uniform() - 1.0)];
-    let mut phase = 6.28 * wind.uniform();
+    let mut phase = std::f64::consts::TAU * wind.uniform();
     if protocol > 0 {
         leader = [0.6 * libm::cos(phase), 0.6 * libm::sin(phase)];
     }
