@@ -25,7 +25,6 @@ pub fn file(file: &File) -> String {
 pub fn item(item: &Item) -> String {
     match item {
         Item::Scenario(name) => format!("scenario {}", name.node),
-        Item::Use { path, names } if path.is_empty() => format!("use {}", joined(names, ", ")),
         Item::Use { path, names } => format!("use {}.{{{}}}", joined(path, "."), joined(names, ", ")),
         Item::Dimension { doc, name, value } => {
             format!("{}dimension {} = {}", self::doc(doc), name.node, dimensions(&value.node))
@@ -344,7 +343,7 @@ mod tests {
         let scenarios = [
             include_str!("../../scenarios/square_unison.scn"),
             include_str!("../../scenarios/track_random.scn"),
-            "fn f<A>(x: A^(1/2) = 2%) -> A { let a = b\n(a, -a) }\nuse b\nexpect a beats b on c.d at 95%",
+            "fn f<A>(x: A^(1/2) = 2%) -> A { let a = b\n(a, -a) }\nuse b.c\nexpect a beats b on c.d at 95%",
         ];
         for text in MODULES.iter().map(|(_, text)| *text).chain(scenarios) {
             let once = printed(text);

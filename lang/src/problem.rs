@@ -191,7 +191,8 @@ pub fn render_short(problems: &Problems, sources: &Sources) -> String {
 /// The candidate most like a name, if any is near enough to be what was meant.
 pub fn did_you_mean<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<String> {
     let folded = name.to_lowercase();
-    let allowed = (name.chars().count() / 3).max(1);
+    let length = name.chars().count();
+    let allowed = if length == 1 { 0 } else { (length / 3).max(1) };
     candidates
         .into_iter()
         .filter(|candidate| candidate.len().abs_diff(name.len()) <= allowed)
@@ -211,7 +212,9 @@ mod tests {
     fn suggestions_are_near_and_do_not_depend_on_order() {
         assert_eq!(did_you_mean("lenght", ["length", "speed"]).as_deref(), Some("length"));
         assert_eq!(did_you_mean("Side", ["side"]).as_deref(), Some("side"));
-        assert_eq!(did_you_mean("x", ["y", "a"]), did_you_mean("x", ["a", "y"]));
+        assert_eq!(did_you_mean("xx", ["xy", "xa"]), did_you_mean("xx", ["xa", "xy"]));
+        assert_eq!(did_you_mean("M", ["s", "m"]).as_deref(), Some("m"));
+        assert_eq!(did_you_mean("k", ["F", "p"]), None);
         assert_eq!(did_you_mean("tolerance", ["side", "gap"]), None);
         assert_eq!(did_you_mean("ab", ["xy"]), None);
     }

@@ -41,7 +41,7 @@ enum Math {
 /// How tightly a formula holds together.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Level {
-    Cases,
+    Open,
     Or,
     And,
     Not,
@@ -101,8 +101,8 @@ fn parentheses(inner: Math) -> Math {
 }
 
 fn number(value: f64) -> Math {
-    if value == std::f64::consts::PI {
-        return Math::Name("π".to_owned());
+    if let Some(turn) = turn(value) {
+        return turn;
     }
     let size = value.abs();
     if size == 0.0 || (1e-4..1e7).contains(&size) || !size.is_finite() {
@@ -115,6 +115,19 @@ fn number(value: f64) -> Math {
     match mantissa {
         "1" => power,
         _ => Math::Row(vec![Math::Number(mantissa.to_owned()), Math::Infix("×"), power]),
+    }
+}
+
+/// π, 2π and the common fractions of π.
+fn turn(value: f64) -> Option<Math> {
+    use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, FRAC_PI_4, FRAC_PI_6, PI, TAU};
+    let pi = || Math::Name("π".to_owned());
+    let fraction = |below: &str| Math::Frac(Box::new(pi()), Box::new(Math::Number(below.to_owned())));
+    let known = [(FRAC_PI_2, "2"), (FRAC_PI_3, "3"), (FRAC_PI_4, "4"), (FRAC_PI_6, "6")];
+    match value {
+        PI => Some(pi()),
+        TAU => Some(Math::Row(vec![Math::Number("2".to_owned()), pi()])),
+        _ => known.iter().find(|(known, _)| *known == value).map(|(_, below)| fraction(below)),
     }
 }
 
@@ -171,7 +184,7 @@ impl Layout<'_> {
             Expr::Call(function, arguments) => self.call(*function, arguments),
             Expr::If { condition, then, otherwise } => {
                 let cases = [self.free(then), self.free(condition), self.free(otherwise)];
-                (Math::Cases(Box::new(cases)), Level::Cases)
+                (Math::Cases(Box::new(cases)), Level::Open)
             }
             Expr::Agent(Quantity::Outside, agent) => {
                 let (position, arena) = (subscript(named("p"), self.agent(*agent)), named("A"));
@@ -359,7 +372,8 @@ impl Layout<'_> {
             Reduction::Count => (fence("#{", such_that(below, self.free(body)), "}"), Level::Atom),
             Reduction::Any | Reduction::All => {
                 let mark = Math::Mark(if op == Reduction::Any { "∃" } else { "∀" });
-                (Math::Row(vec![mark, such_that(below, self.free(body))]), Level::Not)
+                // Its body goes on to the right, so it is never bare in a larger formula.
+                (Math::Row(vec![mark, such_that(below, self.free(body))]), Level::Open)
             }
             Reduction::Sum | Reduction::Mean | Reduction::Min | Reduction::Max => {
                 let mark = match op {

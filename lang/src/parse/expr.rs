@@ -68,7 +68,9 @@ fn tall(context: &Context, node: Node) -> Option<Tall> {
         context.problem(scan::too_deep(span));
         return None;
     }
-    comparisons_do_not_chain(context, &node);
+    if chained(context, &node) {
+        return None;
+    }
     let (expr, height) = PRATT
         .map_primary(|node| atom(context, node))
         .map_prefix(|op, body| prefix(context, op, body?))
@@ -82,26 +84,39 @@ fn tall(context: &Context, node: Node) -> Option<Tall> {
     Some((expr, height))
 }
 
-fn comparisons_do_not_chain(context: &Context, node: &Node) {
-    let mut first: Option<Node> = None;
+/// Whether two comparisons of one level follow each other; tells of it.
+fn chained(context: &Context, node: &Node) -> bool {
+    let (mut first, mut tally): (Option<Node>, Option<Node>) = (None, None);
     for part in node.clone().into_inner() {
         match part.as_rule() {
             Rule::comparison => match first {
                 Some(ref first) => {
+                    let help = match tally {
+                        Some(tally) => {
+                            let tally = tally.as_str();
+                            format!(
+                                "to compare what `{tally} …` gives, put it in parentheses: `({tally} …) {} …`",
+                                part.as_str()
+                            )
+                        }
+                        None => "write `a < b and b < c`, or put one of them in parentheses".to_owned(),
+                    };
                     context.problem(
                         Problem::error(&CHAINED_COMPARISON, "comparisons do not chain")
                             .at(context.span(&part), "a second comparison")
                             .with(context.span(first), "the first one ends in true or false")
-                            .help("write `a < b and b < c`, or put one of them in parentheses"),
+                            .help(help),
                     );
-                    return;
+                    return true;
                 }
                 None => first = Some(part),
             },
-            Rule::kw_and | Rule::kw_or | Rule::dots => first = None,
+            Rule::tally => tally = Some(part),
+            Rule::kw_and | Rule::kw_or | Rule::dots => (first, tally) = (None, None),
             _ => {}
         }
     }
+    false
 }
 
 fn prefix(context: &Context, op: Node, (body, height): Tall) -> Option<Tall> {

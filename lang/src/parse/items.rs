@@ -190,6 +190,15 @@ fn uses(context: &Context, mut parts: Parts) -> Option<Item> {
         Some(list) => names(context, list),
         None => vec![path.pop()?],
     };
+    if path.is_empty() {
+        let name = names.first()?;
+        context.problem(
+            Problem::error(&SYNTAX, "a `use` names a module and what to take from it")
+                .at(name.span, "only one name")
+                .help(format!("write `use {}.…`, for example `use std.motion.circle`", name.node)),
+        );
+        return None;
+    }
     Some(Item::Use { path, names })
 }
 

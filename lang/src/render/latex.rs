@@ -6,18 +6,25 @@ use super::{Math, layout, symbol};
 
 /// `name = formula`
 pub fn term(plan: &Plan, world: &World, term: &Term) -> String {
-    print(&Math::Row(vec![symbol(&term.name), Math::Infix("="), layout(plan, world, &term.value)]))
+    tidy(&Math::Row(vec![symbol(&term.name), Math::Infix("="), layout(plan, world, &term.value)]))
 }
 
 /// The formula of an expression of `world`.
 pub fn expr(plan: &Plan, world: &World, expr: &Expr) -> String {
-    print(&layout(plan, world, expr))
+    tidy(&layout(plan, world, expr))
+}
+
+/// With single spaces.
+fn tidy(math: &Math) -> String {
+    print(math).split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 fn print(math: &Math) -> String {
     match math {
         Math::Number(text) => commands(text),
-        Math::Name(text) if text.chars().count() == 1 || text == "Δt" => commands(text),
+        Math::Name(text) if text.trim_end_matches('′').chars().count() == 1 || text == "Δt" => {
+            commands(text)
+        }
         Math::Name(text) => format!("\\mathrm{{{}}}", commands(text)),
         Math::Word(text)
             if matches!(*text, "sin" | "cos" | "tan" | "exp" | "ln" | "tanh" | "min" | "max") =>
@@ -58,11 +65,11 @@ fn print(math: &Math) -> String {
 fn delimiter(mark: &'static str, left: bool) -> &'static str {
     match (mark, left) {
         ("‖", true) => "\\lVert ",
-        ("‖", false) => "\\rVert ",
+        ("‖", false) => "\\rVert",
         ("|", true) => "\\lvert ",
-        ("|", false) => "\\rvert ",
+        ("|", false) => "\\rvert",
         ("⌊", _) => "\\lfloor ",
-        ("⌋", _) => "\\rfloor ",
+        ("⌋", _) => "\\rfloor",
         (mark, _) => mark,
     }
 }

@@ -112,13 +112,10 @@ fn crash() -> Expr {
 fn the_terms_of_the_paper_look_like_the_paper() {
     assert_eq!(text(&gap()), "−∑_{i ∈ follower} ‖p_i − F_i‖");
     assert_eq!(text(&crash()), "−k_c ⋅ #{i < j ∈ all : ‖p_i − p_j‖ < C}");
-    assert_eq!(
-        latex(&gap()),
-        "-\\sum_{i \\in \\mathrm{follower}} \\left\\lVert p_{i} - F_{i}\\right\\rVert "
-    );
+    assert_eq!(latex(&gap()), "-\\sum_{i \\in \\mathrm{follower}} \\left\\lVert p_{i} - F_{i}\\right\\rVert");
     assert_eq!(
         latex(&crash()),
-        "-k_{c} \\cdot \\#\\left\\{i < j \\in \\operatorname{all} \\mid \\left\\lVert p_{i} - p_{j}\\right\\rVert  < C\\right\\}"
+        "-k_{c} \\cdot \\#\\left\\{i < j \\in \\operatorname{all} \\mid \\left\\lVert p_{i} - p_{j}\\right\\rVert < C\\right\\}"
     );
     assert!(mathml(&gap()).contains(
         "<munder><mo movablelimits=\"false\">∑</mo><mrow><mi>i</mi><mo>∈</mo><mi>follower</mi></mrow></munder>"
@@ -172,6 +169,22 @@ fn names_keep_apart_what_is_apart() {
     let x = Expr::Call(Function::X, vec![Expr::Agent(Quantity::Position, AgentRef::Fixed(0))]);
     assert_eq!(text(&x), "p_{leader,x}");
     assert_eq!(text(&Expr::Param(2)), "σ");
+}
+
+#[test]
+fn quantifiers_end_where_their_parentheses_end() {
+    let far = binary(BinaryOp::Less, A, B);
+    let any = |body: Expr| Expr::Reduce {
+        op: Reduction::Any,
+        vars: binders(&[(0, "i")]),
+        over: IndexSet::All,
+        filter: None,
+        body: Box::new(body),
+    };
+    let inside = any(binary(BinaryOp::Or, far.clone(), far.clone()));
+    assert_eq!(text(&inside), "∃i ∈ all : k_c < side ∨ k_c < side");
+    let outside = binary(BinaryOp::Or, any(far.clone()), far);
+    assert_eq!(text(&outside), "(∃i ∈ all : k_c < side) ∨ k_c < side");
 }
 
 #[test]
