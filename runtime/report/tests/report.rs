@@ -6,6 +6,8 @@ mod sample;
 
 use std::collections::BTreeMap;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use mpgx_study::record::CellRecord;
 use sample::Sample;
 use serde::Serialize;
@@ -123,6 +125,9 @@ fn the_page_loads_nothing() {
 fn the_page_stays_below_two_megabytes() {
     let html = page(&sample::study(10, &["random", "regular", "fast"]));
     assert!(html.len() < 2_000_000, "{} bytes", html.len());
+    let html = page(&sample::study(24, &["random", "regular", "fast"]));
+    assert!(html.len() < 2_000_000, "{} bytes", html.len());
+    assert!(html.contains("more were left out to keep this file small"));
 }
 
 #[test]
@@ -136,25 +141,64 @@ fn all_panels_are_there_and_say_what_was_measured() {
     }
     let error = &study.summary.protocols["random"]["mpg"]["error_m"];
     assert!(html.contains(&format!("<p class=\"value\">{:.1}<small>", error.iqm * 1000.0)));
-    assert!(
-        html.contains("href=\"#src-0-39\"") && html.contains("id=\"src-0-39\""),
-        "terms link to their line"
-    );
+    let line = study.plan.world.reward[0].at.line;
+    assert!(html.contains(&format!("class=\"aside\" href=\"#src-0-{line}\"")), "terms link to their line");
+    assert!(html.contains(&format!("id=\"src-0-{line}\"")), "the line is there");
     assert!(html.contains("the reward term `gap` is not a number"), "failures are told");
     assert!(!html.contains("class=\"badge\""), "ten seeds need no warning");
     assert!(html.contains(&study.summary.study_hash));
 }
 
+/// The JSON that a panel's script reads.
+fn data(html: &str, panel: &str) -> serde_json::Value {
+    let start = format!("<script type=\"application/json\" id=\"data-{panel}\">");
+    let text = html.split_once(&start).unwrap().1.split_once("</script>").unwrap().0;
+    assert!(!text.contains('<'), "nothing in {panel} can end its element");
+    serde_json::from_str(text).unwrap()
+}
+
 #[test]
-fn embedded_data_is_json() {
-    let html = page(&full());
-    let blocks: Vec<&str> = html.split("<script type=\"application/json\"").skip(1).collect();
-    assert_eq!(blocks.len(), 3);
-    for block in blocks {
-        let text = block.split_once('>').unwrap().1.split_once("</script>").unwrap().0;
-        assert!(!text.contains('<'));
-        serde_json::from_str::<serde_json::Value>(text).unwrap();
-    }
+fn embedded_summary_is_the_summary() {
+    let study = full();
+    let html = page(&study);
+    assert_eq!(data(&html, "data")["summary"], serde_json::to_value(&study.summary).unwrap());
+    assert_eq!(data(&html, "curves")["charts"].as_array().unwrap().len(), 4);
+}
+
+#[test]
+fn embedded_tracks_are_the_trajectories() {
+    let study = full();
+    let playback = data(&page(&study), "playback");
+    let tracks = playback["tracks"].as_array().unwrap();
+    let track = tracks.iter().find(|track| track["method"] == 1 && track["seed"] == 4).unwrap();
+    let trajectory = &study.records["td3-004"].protocols["random"].trajectories[0];
+    let block = |name: &str| {
+        let block = &playback["blocks"][track[name].as_u64().unwrap() as usize];
+        let number = |key: &str| block[key].as_str().unwrap().parse::<f64>().unwrap();
+        let bytes = STANDARD.decode(block["data"].as_str().unwrap()).unwrap();
+        assert_eq!(block["bytes"], 2);
+        let levels = bytes.chunks(2).map(|pair| f64::from(u16::from_le_bytes([pair[0], pair[1]])));
+        let (lo, hi) = (number("lo"), number("hi"));
+        levels.map(|level| lo + level * (hi - lo) / 65535.0).collect::<Vec<f64>>()
+    };
+    let near = |kept: &[f64], of: &[f32]| {
+        assert_eq!(kept.len(), of.len());
+        let range = of.iter().copied().fold(f32::MIN, f32::max) - of.iter().copied().fold(f32::MAX, f32::min);
+        let level = f64::from(range) / 65535.0;
+        assert!(kept.iter().zip(of).all(|(kept, of)| (kept - f64::from(*of)).abs() < level));
+    };
+    let agents = |pick: &dyn Fn(usize, &[f32; 3]) -> Vec<f32>| {
+        let frames = trajectory.agents.chunks(4);
+        frames
+            .flat_map(|frame| frame.iter().enumerate().flat_map(|(k, agent)| pick(k, agent)))
+            .collect::<Vec<_>>()
+    };
+    near(&block("scripted"), &agents(&|k, [x, y, _]| if k == 0 { vec![*x, *y] } else { vec![] }));
+    near(&block("learned"), &agents(&|k, [x, y, _]| if k == 0 { vec![] } else { vec![*x, *y] }));
+    near(&block("headings"), &agents(&|k, [_, _, heading]| if k == 0 { vec![] } else { vec![*heading] }));
+    near(&block("slots"), trajectory.slots.as_flattened());
+    near(&block("terms"), &trajectory.terms);
+    near(&block("error"), &trajectory.error_m);
 }
 
 #[test]
@@ -227,13 +271,14 @@ fn what_is_no_number_is_not_drawn() {
         if k % 2 == 1 {
             record.protocols.values_mut().for_each(|evaluation| {
                 evaluation.trajectories.iter_mut().for_each(|trajectory| {
-                    trajectory.slots.pop();
                     trajectory.actions.truncate(7);
                 })
             });
         }
     }
     let html = page(&study);
+    let tracks = data(&html, "playback")["tracks"].as_array().unwrap().len();
+    assert_eq!(tracks, 7 * 2, "two episodes of each cell that is whole");
     for (name, attributes) in elements(&html) {
         assert!(!attributes.contains("NaN") && !attributes.contains("inf"), "{name}{attributes}");
     }
