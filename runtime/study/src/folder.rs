@@ -15,7 +15,7 @@ use mpgx_lang::plan::Plan;
 
 use crate::cell::{Cell, CellId, cells};
 use crate::error::StudyError;
-use crate::hash::Identity;
+use crate::hash::{Identity, study_hash};
 use crate::record::{CellRecord, Timing};
 use crate::sealed::{self, Damage, Kind};
 use crate::storage::{Storage, StorageError};
@@ -40,11 +40,10 @@ pub struct Study {
     pub summary: Option<Summary>,
 }
 
-/// Reads a study. Only the cells of its Plan count, so one with fewer seeds than it once had is the smaller one.
+/// Reads a study. Only the cells of its Plan count, so one with fewer seeds than it once had is the smaller
+/// one; a summary of other records than these is none.
 pub fn load(storage: &dyn Storage) -> Result<Study, StudyError> {
-    let hash = storage.read_if_there(IDENTITY)?.ok_or(StudyError::NoStudy { file: IDENTITY })?;
-    let hash = blake3::Hash::from_hex(&hash).map_err(|why| unreadable(IDENTITY, why))?;
-    let identity = Identity(hash);
+    let identity = read_identity(storage)?;
     let plan = read_plan(storage)?;
     let source = read_source(storage, &plan)?;
     let (mut records, mut timings) = (BTreeMap::new(), BTreeMap::new());
@@ -53,24 +52,21 @@ pub fn load(storage: &dyn Storage) -> Result<Study, StudyError> {
         timings.insert(cell.id.clone(), read_timing(storage, &cell)?);
         records.insert(cell.id, record);
     }
-    let summary = match storage.read_if_there(SUMMARY)? {
-        Some(bytes) => Some(serde_json::from_slice(&bytes).map_err(|why| unreadable(SUMMARY, why))?),
-        None => None,
+    let summary = storage.read_if_there(SUMMARY)?;
+    let summary = summary.and_then(|bytes| serde_json::from_slice::<Summary>(&bytes).ok());
+    let summary = match summary {
+        Some(summary) if study_hash(&plan, &records, &summary)? == summary.study_hash => Some(summary),
+        _ => None,
     };
     Ok(Study { plan, source, records, timings, summary })
 }
 
 /// The policy that a learner's cell ended with, as [`mpgx_learn::Policy`] reads it.
-pub fn read_policy(storage: &dyn Storage, cell: &str) -> Result<Vec<u8>, StudyError> {
-    let Study { plan, .. } = load(storage)?;
-    let hash = storage.read(IDENTITY)?;
-    let identity = Identity(blake3::Hash::from_hex(&hash).map_err(|why| unreadable(IDENTITY, why))?);
-    let path = format!("cells/{cell}/policy.bin");
-    let missing = || StudyError::Unreadable { path: path.clone(), cause: "no such cell".into() };
-    let cell = cells(&plan)?.into_iter().find(|known| known.id == cell).ok_or_else(missing)?;
+pub fn read_policy(storage: &dyn Storage, cell: &Cell) -> Result<Vec<u8>, StudyError> {
+    let path = format!("cells/{}/policy.bin", cell.id);
     let bytes = storage.read(&path)?;
-    let [policy] =
-        sealed::open(POLICY, &cell.belongs_to(&identity), &bytes).map_err(|damage| damaged(&path, damage))?;
+    let opened = sealed::open(POLICY, &cell.belongs_to(&read_identity(storage)?), &bytes);
+    let [policy] = opened.map_err(|damage| damaged(&path, damage))?;
     Ok(policy.to_vec())
 }
 
@@ -166,6 +162,11 @@ pub(crate) fn write_summary(storage: &dyn Storage, summary: &Summary) -> Result<
     let text = serde_json::to_vec_pretty(summary);
     let text = text.map_err(|why| unwritable(SUMMARY, why))?;
     Ok(storage.write_atomic(SUMMARY, &text)?)
+}
+
+fn read_identity(storage: &dyn Storage) -> Result<Identity, StudyError> {
+    let hash = storage.read_if_there(IDENTITY)?.ok_or(StudyError::NoStudy { file: IDENTITY })?;
+    blake3::Hash::from_hex(&hash).map(Identity).map_err(|why| unreadable(IDENTITY, why))
 }
 
 fn read_plan(storage: &dyn Storage) -> Result<Plan, StudyError> {

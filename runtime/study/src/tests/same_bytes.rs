@@ -66,7 +66,7 @@ fn a_real_folder_gives_the_same_hash_and_is_left_tidy() {
     assert_eq!(study.source, [("sample.scn".to_string(), "scenario sample".to_string())]);
     assert_eq!(study.summary.unwrap().study_hash, hash);
     assert_eq!(study.records.len(), 5);
-    let policy = read_policy(&disk, "mpg-001").unwrap();
+    let policy = read_policy(&disk, &cells(&plan()).unwrap()[2]).unwrap();
     assert!(mpgx_learn::Policy::from_bytes(&policy).is_ok());
 }
 
@@ -171,4 +171,17 @@ fn an_empty_or_unfinished_folder_loads_for_what_it_is() {
     let study = load(&disk).unwrap();
     assert_eq!(study.records.keys().collect::<Vec<_>>(), ["mpg-000"]);
     assert!(study.summary.is_none());
+}
+
+#[test]
+fn a_summary_of_other_records_is_none_and_made_again() {
+    let disk = SimulatedDisk::default();
+    let hash = hash_of(&disk, &plan());
+    let more = Plan { seeds: 3, ..plan() };
+    run_on(&disk, &more, &Listener { interrupt_after: Some(1), ..Listener::default() }).unwrap();
+    let study = load(&disk).unwrap();
+    assert_eq!((study.plan.seeds, study.records.len(), study.summary), (3, 5, None));
+    disk.write_atomic("study.json", b"{").unwrap();
+    assert_eq!(hash_of(&disk, &plan()), hash);
+    assert_eq!(load(&disk).unwrap().summary.unwrap().study_hash, hash);
 }
