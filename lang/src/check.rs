@@ -12,6 +12,7 @@ pub(crate) mod expr;
 pub(crate) mod feasible;
 pub(crate) mod fits;
 pub(crate) mod learn;
+pub(crate) mod motion;
 pub(crate) mod reward;
 pub(crate) mod scene;
 pub(crate) mod sets;
@@ -57,13 +58,14 @@ pub fn check(
         used: BTreeSet::new(),
         next_var: 0,
         level: 0,
+        told: BTreeSet::new(),
     };
     checker.number_items();
     checker.params(overrides);
     checker.world();
     checker.group_sizes();
-    checker.declarations();
     checker.formations();
+    checker.declarations();
     checker.agents();
     checker.scene();
     checker.reward();
@@ -89,6 +91,8 @@ struct Checker<'a> {
     next_var: VarId,
     /// Depth of the expression being checked.
     level: usize,
+    /// Settings are checked for each method and evaluation they count for.
+    told: BTreeSet<(&'static str, Option<Span>, String)>,
 }
 
 /// Items of the scenario by their place in the Hir.
@@ -104,8 +108,8 @@ struct Ids {
 struct Seen {
     lets: BTreeMap<ItemId, Option<Arc<Expr>>>,
     functions: BTreeMap<ItemId, Option<Arc<call::Callable>>>,
-    motions: BTreeMap<ItemId, declare::Declared<hir::Motion>>,
-    shapes: BTreeMap<ItemId, declare::Declared<hir::Shape>>,
+    motions: BTreeMap<ItemId, motion::Declared<hir::Motion>>,
+    shapes: BTreeMap<ItemId, motion::Declared<hir::Shape>>,
     externs: BTreeMap<ItemId, Arc<[hir::Parameter]>>,
 }
 
@@ -141,8 +145,11 @@ impl Scope {
 }
 
 impl<'a> Checker<'a> {
+    /// Reports a problem, once.
     fn report(&mut self, problem: Problem) {
-        self.problems.push(problem);
+        if self.told.insert((problem.code.name, problem.span(), problem.message.clone())) {
+            self.problems.push(problem);
+        }
     }
 
     /// Reports, and gives what stands for the expression.
@@ -194,6 +201,10 @@ impl<'a> Checker<'a> {
                     problem.at(at, "").help("begin with `scenario` and a name: `scenario square_unison`"),
                 );
             }
+        }
+        // What is wrong elsewhere may be why nothing refers to them.
+        if self.problems.has_errors() {
+            return;
         }
         for param in &self.hir.params {
             if !self.used.contains(&param.span) {

@@ -28,8 +28,11 @@ pub struct Module {
     pub path: String,
     pub standard: bool,
     pub file: File,
-    names: BTreeMap<(Space, String), Vec<Entry>>,
+    names: Names,
 }
+
+/// What the names of a module stand for; more than one thing only if that was reported.
+type Names = BTreeMap<(Space, String), Vec<Entry>>;
 
 /// What a name stands for, and where it was declared or used.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +41,13 @@ pub struct Entry {
     pub at: Span,
     /// By `use`.
     pub imported: bool,
+}
+
+impl Entry {
+    /// Whether it stands for what could not be imported.
+    fn is_unknown(&self) -> bool {
+        self.id.module == usize::MAX
+    }
 }
 
 /// An item of a module.
@@ -128,8 +138,11 @@ impl Program {
     pub fn find(&self, module: usize, space: Space, name: &str) -> Option<Entry> {
         let key = (space, name.to_owned());
         let seen = std::iter::once(module).chain(0..self.prelude);
-        let mut entries = seen.filter_map(|m| self.modules.get(m)?.names.get(&key)?.first());
-        entries.next().copied()
+        let mut found = seen.filter_map(|m| {
+            let entries = self.modules.get(m)?.names.get(&key)?;
+            entries.iter().find(|entry| !entry.is_unknown()).or(entries.first())
+        });
+        found.next().copied()
     }
 
     /// All names of a space that a module sees.
@@ -182,6 +195,14 @@ pub fn resolve(main: File, loader: &dyn Loader, sources: &mut Sources, problems:
     resolver.program
 }
 
+/// Lets a name stand for something unknown, so that nobody is told again.
+fn unknown(name: &str, at: Span, names: &mut Names) {
+    let id = ItemId { module: usize::MAX, item: 0 };
+    for space in Space::ALL {
+        names.entry((space, name.to_owned())).or_default().push(Entry { id, at, imported: true });
+    }
+}
+
 struct Resolver<'a> {
     loader: &'a dyn Loader,
     sources: &'a mut Sources,
@@ -202,18 +223,11 @@ impl Resolver<'_> {
     /// Adds a module after the modules it uses.
     fn add(&mut self, path: &str, file: File, standard: bool) -> usize {
         self.loading.push(path.to_owned());
-        let mut names: BTreeMap<(Space, String), Vec<Entry>> = BTreeMap::new();
+        let mut names: Names = BTreeMap::new();
         for item in &file.items {
             if let Item::Use { path, names: wanted } = &item.node {
                 let Some(module) = self.module(path, item.span) else {
-                    // Whatever these names are, nobody shall be told that they are unknown.
-                    let unknown = ItemId { module: usize::MAX, item: 0 };
-                    for name in wanted {
-                        for space in Space::ALL {
-                            let entry = Entry { id: unknown, at: name.span, imported: true };
-                            names.entry((space, name.node.clone())).or_default().push(entry);
-                        }
-                    }
+                    wanted.iter().for_each(|name| unknown(&name.node, name.span, &mut names));
                     continue;
                 };
                 for name in wanted {
@@ -286,44 +300,41 @@ impl Resolver<'_> {
         None
     }
 
-    fn import(&mut self, module: usize, name: &Name, names: &mut BTreeMap<(Space, String), Vec<Entry>>) {
+    fn import(&mut self, module: usize, name: &Name, names: &mut Names) {
         let Some(from) = self.program.modules.get(module) else { return };
-        let found: Vec<_> = from
-            .names
-            .iter()
-            .filter(|(key, entries)| {
-                key.1 == name.node && entries.iter().any(|entry| entry.id.module == module)
-            })
-            .filter_map(|(key, entries)| Some((key.0, *entries.first()?)))
-            .collect();
+        let own = from.names.iter().filter_map(|((space, known), entries)| {
+            Some((known, *space, *entries.iter().find(|entry| entry.id.module == module)?))
+        });
+        let found: Vec<_> = own.clone().filter(|(known, ..)| **known == name.node).collect();
         if found.is_empty() {
-            let own =
-                from.file.items.iter().filter_map(|item| declared(&item.node)).map(|d| d.1.node.as_str());
-            let own: Vec<&str> = own.collect();
-            let elsewhere = standard_home(&name.node);
-            let help = match (did_you_mean(&name.node, own.iter().copied()), elsewhere) {
+            let mut own: Vec<&str> = own.map(|(known, ..)| known.as_str()).collect();
+            own.sort_unstable();
+            own.dedup();
+            let meant = did_you_mean(&name.node, own.iter().copied());
+            let help = match (&meant, standard_home(&name.node)) {
                 (Some(meant), _) => format!("did you mean `{meant}`?"),
                 (None, Some(path)) => format!("it is in another module: `use {path}.{}`", name.node),
-                (None, None) => format!("`{}` has {}", from.path, listed(own.iter().copied())),
+                (None, None) => format!("`{}` has {}", from.path, listed(own)),
             };
             self.problems.push(
                 Problem::error(&UNKNOWN_IMPORT, format!("`{}` has no `{}`", from.path, name.node))
                     .at(name.span, "not declared there")
                     .help(help),
             );
+            // What was likely meant shall not be reported where it is used.
+            [Some(name.node.clone()), meant]
+                .iter()
+                .flatten()
+                .for_each(|known| unknown(known, name.span, names));
+            return;
         }
+        let found: Vec<_> = found.into_iter().map(|(_, space, entry)| (space, entry)).collect();
         for (space, entry) in found {
             self.declare(space, name, Entry { at: name.span, imported: true, ..entry }, names);
         }
     }
 
-    fn declare(
-        &mut self,
-        space: Space,
-        name: &Name,
-        entry: Entry,
-        names: &mut BTreeMap<(Space, String), Vec<Entry>>,
-    ) {
+    fn declare(&mut self, space: Space, name: &Name, entry: Entry, names: &mut Names) {
         if space == Space::Value && BUILT_IN.contains(&name.node.as_str()) {
             self.problems.push(
                 Problem::error(&RESERVED_NAME, format!("`{}` has a meaning of its own", name.node))
@@ -332,11 +343,10 @@ impl Resolver<'_> {
             );
         }
         let entries = names.entry((space, name.node.clone())).or_default();
-        if let Some(first) = entries.first().filter(|first| first.id.module != usize::MAX) {
-            let what = space.people();
+        if let Some(first) = entries.iter().find(|first| !first.is_unknown()) {
             let how = if first.imported { "used" } else { "declared" };
             self.problems.push(
-                Problem::error(&DUPLICATE_NAME, format!("`{}` is the name of {what} already", name.node))
+                Problem::error(&DUPLICATE_NAME, format!("`{}` is declared twice", name.node))
                     .at(name.span, "again here")
                     .with(first.at, format!("first {how} here"))
                     .help("give one of the two another name"),

@@ -96,8 +96,10 @@ impl<'a> Checker<'a> {
             .at(op_span, "")
             .with(left.0.span, format!("this is {a}"))
             .with(right.0.span, format!("this is {b}"));
-        // What has no dimension is more likely to miss one.
-        let (wrong, other) = if left.1.is_none() { (left, right) } else { (right, left) };
+        // A literal is changed before anything else; then what has no dimension, which is likely to miss one.
+        let literal = |side: (&Expr, &Dim)| matches!(side.0.kind, Kind::Number(_));
+        let (wrong, other) =
+            if literal(left) || left.1.is_none() && !literal(right) { (left, right) } else { (right, left) };
         match self.unit_remedy(wrong.0, wrong.1, other.1) {
             Some(help) => problem.help(help),
             None => problem,
@@ -213,7 +215,7 @@ impl<'a> Checker<'a> {
     ) -> Expr {
         let condition = self.wanted(scope, condition, &Type::Truth, &Wanted::by("the condition of `if`"));
         let then = self.expr(scope, then);
-        let why = Wanted::declared("what follows `else`", then.span);
+        let why = Wanted::like("what follows `else`", then.span);
         let type_ = then.type_.clone();
         let otherwise = self.expr(scope, otherwise);
         let otherwise = self.fits(otherwise, &type_, &why, &[], &mut Default::default());

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::fits::Wanted;
 use super::{Checker, Scope};
 use crate::ast::{Argument, Call, Item, Span};
-use crate::dim::Substitution;
+use crate::dim::{Dim, Substitution};
 use crate::hir::{self, Bound, Draw, Expr, Kind, Parameter, Type};
 use crate::plan::{Function as BuiltIn, Quantity};
 use crate::problem::{Code, Problem, did_you_mean};
@@ -168,7 +168,7 @@ impl<'a> Checker<'a> {
                 continue;
             };
             let Some(param) = params.get(number) else { continue };
-            let why = Wanted { what: format!("`{}`", param.name), declared: self.shown(param.span, call) };
+            let why = self.argument_wanted(call, param, params, &given);
             let value = self.wanted_generic(scope, &argument.value, &param.type_, &why, generics, solved);
             if let Some((first, _)) = given.get(number).and_then(Option::as_ref) {
                 let again = argument.name.as_ref().map_or(argument.value.span, |name| name.span);
@@ -208,6 +208,29 @@ impl<'a> Checker<'a> {
             None => param.default.clone().unwrap_or_else(|| Expr::poison(at)),
         });
         filled.collect()
+    }
+
+    /// Where the type of an argument comes from: its declaration, or an argument that fixed the dimension before.
+    fn argument_wanted(
+        &self,
+        call: &Call,
+        param: &Parameter,
+        params: &[Parameter],
+        given: &[Option<(Span, Expr)>],
+    ) -> Wanted {
+        let what = format!("`{}`", param.name);
+        let generic = |dim: &Dim| dim.factors().any(|(base, _)| self.units.base(base).is_none());
+        let earlier =
+            params.iter().zip(given).find(|(other, given)| given.is_some() && other.type_ == param.type_);
+        match (&param.type_, earlier) {
+            (Type::Number(dim) | Type::Vector(dim), Some((_, Some((span, _))))) if generic(dim) => {
+                Wanted::like(what, *span)
+            }
+            _ => match self.shown(param.span, call) {
+                Some(declared) => Wanted::declared(what, declared),
+                None => Wanted::by(what),
+            },
+        }
     }
 
     /// Where a parameter is declared, if that is not the call itself.

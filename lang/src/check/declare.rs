@@ -1,4 +1,4 @@
-//! Declarations: parameters, lets, functions, motions and formation shapes.
+//! Declarations: parameters, lets and functions.
 
 use std::sync::Arc;
 
@@ -6,11 +6,9 @@ use super::call::{Action, Callable};
 use super::expr::CIRCULAR;
 use super::fits::Wanted;
 use super::{Checker, Override, Scope};
-use crate::ast::{
-    self, FunctionDecl, Item, LetDecl, MotionDecl, ShapeDecl, ShapeSlots, Span, Spanned, StateDecl, TypeExpr,
-};
+use crate::ast::{self, FunctionDecl, Item, LetDecl, Spanned, TypeExpr};
 use crate::dim::Dim;
-use crate::hir::{self, Draw, Expr, Kind, Motion, Output, Parameter, Shape, Slots, State, Type};
+use crate::hir::{self, Draw, Expr, Kind, Parameter, Type};
 use crate::plan::{Function as BuiltIn, Quantity};
 use crate::problem::{Code, Problem, did_you_mean};
 use crate::resolve::{ItemId, Space};
@@ -24,6 +22,7 @@ impl<'a> Checker<'a> {
             let mut scope = Scope::of(main);
             let checked = self.parameter(&mut scope, param);
             let name = &param.name;
+            let mut told = checked.type_ == Type::Poison;
             let dim = match &checked.type_ {
                 Type::Number(dim) => dim.clone(),
                 Type::Count | Type::Poison => Dim::none(),
@@ -34,6 +33,7 @@ impl<'a> Checker<'a> {
                             .at(name.span, format!("this is {have}"))
                             .help(format!("for anything else write `let {} = …`", name.node)),
                     );
+                    told = true;
                     Dim::none()
                 }
             };
@@ -45,6 +45,9 @@ impl<'a> Checker<'a> {
                         .help(format!("write `param {} = 1 m`", name.node)),
                 )
             });
+            if told {
+                default = Expr::poison(default.span);
+            }
             let chosen = overrides.iter().rev().find(|chosen| chosen.name.node == name.node);
             if let Some(chosen) = chosen.filter(|_| !default.is_poison()) {
                 let why = Wanted::declared(format!("`{}`", name.node), name.span);
@@ -117,7 +120,7 @@ impl<'a> Checker<'a> {
             other => other.clone(),
         };
         let range = param.range.as_ref().map(|(low, high)| {
-            let why = Wanted { what: format!("a limit of `{}`", name.node), ..why };
+            let why = Wanted::declared(format!("a limit of `{}`", name.node), name.span);
             (self.wanted(scope, low, &limit, &why), self.wanted(scope, high, &limit, &why))
         });
         let checked = Parameter {
@@ -134,7 +137,7 @@ impl<'a> Checker<'a> {
         checked
     }
 
-    fn parameters(&mut self, scope: &mut Scope, params: &'a [ast::Parameter]) -> Vec<Parameter> {
+    pub fn parameters(&mut self, scope: &mut Scope, params: &'a [ast::Parameter]) -> Vec<Parameter> {
         let mut checked: Vec<Parameter> = Vec::new();
         for (number, param) in params.iter().enumerate() {
             let name = &param.name;
@@ -203,7 +206,7 @@ impl<'a> Checker<'a> {
         Some(value).filter(|value| !value.is_poison())
     }
 
-    fn local_let(&mut self, scope: &mut Scope, decl: &'a LetDecl) {
+    pub fn local_let(&mut self, scope: &mut Scope, decl: &'a LetDecl) {
         let value = self.expr(scope, &decl.value);
         let type_ = value.type_.clone();
         scope.add(&decl.name.node, Kind::Let(Arc::new(value)), type_);
@@ -234,7 +237,9 @@ impl<'a> Checker<'a> {
                 None => {
                     let problem =
                         Problem::error(&NOT_PROVIDED, format!("nothing provides `{}`", decl.name.node));
-                    self.report(problem.at(decl.name.span, "declared `extern`"));
+                    if self.program.modules.get(id.module).is_some_and(|module| module.standard) {
+                        self.report(problem.at(decl.name.span, "declared `extern`"));
+                    }
                     Action::Poison
                 }
             },
@@ -277,129 +282,6 @@ impl<'a> Checker<'a> {
         Type::Poison
     }
 
-    pub fn motion(&mut self, id: ItemId) -> Option<Declared<Motion>> {
-        let Item::Motion(decl) = &self.program.item(id)?.node else { return None };
-        if let Some(seen) = self.seen.motions.get(&id) {
-            return Some(seen.clone());
-        }
-        let mut scope = Scope::of(id.module);
-        let params = self.parameters(&mut scope, &decl.params);
-        let motion = Arc::new(self.motion_body(&mut scope, decl));
-        self.seen.motions.insert(id, (params.clone().into(), motion.clone()));
-        Some((params.into(), motion))
-    }
-
-    fn motion_body(&mut self, scope: &mut Scope, decl: &'a MotionDecl) -> Motion {
-        let mut states: Vec<State> = Vec::new();
-        let lets = decl.lets.iter().map(|decl| (decl.name.span, Err(decl)));
-        let mut entries: Vec<(Span, Result<&'a StateDecl, &'a LetDecl>)> =
-            decl.states.iter().map(|state| (state.name.span, Ok(state))).chain(lets).collect();
-        entries.sort_by_key(|entry| entry.0);
-        for (_, entry) in entries {
-            match entry {
-                Err(decl) => self.local_let(scope, decl),
-                Ok(state) => {
-                    if let Some(first) = states.iter().position(|first| first.name == state.name.node) {
-                        self.twice(&state.name, decl.states.get(first).map(|first| first.name.span), "state");
-                        continue;
-                    }
-                    let start = self.drawn_or_set(scope, state);
-                    if !start.is_poison() && !matches!(start.type_, Type::Number(_) | Type::Vector(_)) {
-                        let have = self.describe(&start.type_);
-                        let problem =
-                            Problem::error(&super::fits::TYPE_MISMATCH, "a state is a number or a vector");
-                        self.report(problem.at(start.span, format!("this is {have}")));
-                    }
-                    scope.add(&state.name.node, Kind::State(states.len()), start.type_.clone());
-                    states.push(State { name: state.name.node.clone(), start, next: None });
-                }
-            }
-        }
-        for next in &decl.nexts {
-            let Some(number) = states.iter().position(|state| state.name == next.name.node) else {
-                let problem = Problem::error(
-                    &UNKNOWN_STATE,
-                    format!("`{}` has no state `{}`", decl.name.node, next.name.node),
-                )
-                .at(next.name.span, "");
-                let help = match did_you_mean(&next.name.node, states.iter().map(|state| state.name.as_str()))
-                {
-                    Some(meant) => format!("did you mean `{meant}`?"),
-                    None => format!("declare how it begins: `state {} = …`", next.name.node),
-                };
-                self.report(problem.help(help));
-                continue;
-            };
-            let value = self.drawn_or_set(scope, next);
-            let why = Wanted::declared(
-                format!("`next {}`", next.name.node),
-                decl.states
-                    .iter()
-                    .find(|s| s.name.node == next.name.node)
-                    .map_or(next.name.span, |s| s.name.span),
-            );
-            let Some(state) = states.get_mut(number) else { continue };
-            if state.next.is_some() {
-                let first = decl.nexts.iter().find(|first| first.name.node == next.name.node);
-                self.twice(&next.name, first.map(|first| first.name.span), "next value");
-                continue;
-            }
-            let type_ = state.start.type_.clone();
-            let value = self.fits(value, &type_, &why, &[], &mut Default::default());
-            state.next = Some(value);
-        }
-        Motion { name: decl.name.node.clone(), states, output: self.output(scope, decl) }
-    }
-
-    fn twice(&mut self, name: &ast::Name, first: Option<Span>, what: &str) {
-        let problem = Problem::error(
-            &crate::resolve::DUPLICATE_NAME,
-            format!("`{}` has this {what} already", name.node),
-        )
-        .at(name.span, "again here");
-        self.report(match first {
-            Some(first) => problem.with(first, "first here"),
-            None => problem,
-        });
-    }
-
-    fn output(&mut self, scope: &mut Scope, decl: &'a MotionDecl) -> Option<Output> {
-        let problem = match decl.outputs.as_slice() {
-            [output] => {
-                let (dim, make): (_, fn(Expr) -> Output) = match output.name.node.as_str() {
-                    "velocity" => ("speed", Output::Velocity),
-                    "position" => ("length", Output::Position),
-                    other => {
-                        let problem =
-                            Problem::error(&MOTION_OUTPUT, format!("a motion does not give `{other}`"))
-                                .at(output.name.span, "")
-                                .help("it gives `velocity` or `position`");
-                        self.report(problem);
-                        return None;
-                    }
-                };
-                let value = self.drawn_or_set(scope, output);
-                let type_ = Type::Vector(self.units.base(dim));
-                let why = Wanted::declared(format!("`{}`", output.name.node), output.name.span);
-                let value = self.fits(value, &type_, &why, &[], &mut Default::default());
-                return (!value.is_poison()).then(|| make(value));
-            }
-            [] => Problem::error(&MOTION_OUTPUT, format!("the motion `{}` moves nothing", decl.name.node))
-                .at(decl.name.span, "gives neither `velocity` nor `position`")
-                .help("end it with `velocity = (…, …)` or `position = (…, …)`"),
-            [first, second, ..] => Problem::error(&MOTION_OUTPUT, "a motion gives one thing")
-                .at(second.name.span, "a second one")
-                .with(first.name.span, "the first"),
-        };
-        self.report(problem);
-        None
-    }
-
-    /// `name = value` or `name ~ value`: whether it draws must show.
-    fn drawn_or_set(&mut self, scope: &mut Scope, decl: &'a StateDecl) -> Expr {
-        self.assigned(scope, &decl.name.node, decl.random, &decl.value)
-    }
-
     /// The value of `name = …` (nothing is drawn) or `name ~ …` (something is).
     pub fn assigned(&mut self, scope: &mut Scope, name: &str, random: bool, at: &'a ast::ExprAt) -> Expr {
         let outer = (scope.draws, scope.drawn, scope.target.take());
@@ -415,37 +297,6 @@ impl<'a> Checker<'a> {
             return self.poison(at.span, problem);
         }
         value
-    }
-
-    pub fn shape(&mut self, id: ItemId) -> Option<Declared<Shape>> {
-        let Item::Shape(decl) = &self.program.item(id)?.node else { return None };
-        if let Some(seen) = self.seen.shapes.get(&id) {
-            return Some(seen.clone());
-        }
-        let mut scope = Scope::of(id.module);
-        let params = self.parameters(&mut scope, &decl.params);
-        let shape = Arc::new(self.shape_body(&mut scope, decl));
-        self.seen.shapes.insert(id, (params.clone().into(), shape.clone()));
-        Some((params.into(), shape))
-    }
-
-    fn shape_body(&mut self, scope: &mut Scope, decl: &'a ShapeDecl) -> Shape {
-        for decl in &decl.lets {
-            self.local_let(scope, decl);
-        }
-        let point = Type::Vector(self.units.base("length"));
-        let why = Wanted::by("a slot");
-        let slots = match &decl.slots {
-            ShapeSlots::List(all) => {
-                Slots::List(all.iter().map(|slot| self.wanted(scope, slot, &point, &why)).collect())
-            }
-            ShapeSlots::Rule { number, count, value } => {
-                scope.add(&number.node, Kind::SlotNumber, Type::Number(Dim::none()));
-                scope.add(&count.node, Kind::SlotCount, Type::Number(Dim::none()));
-                Slots::Rule(self.wanted(scope, value, &point, &why))
-            }
-        };
-        Shape { name: decl.name.node.clone(), slots }
     }
 
     /// Whether a name is that of a thing of a space, else a problem that says what could be meant.
@@ -477,9 +328,6 @@ impl<'a> Checker<'a> {
         None
     }
 }
-
-/// The parameters of a declaration and what it declares.
-pub type Declared<T> = (Arc<[Parameter]>, Arc<T>);
 
 /// What the runtime provides for an `extern fn` or `extern dist`.
 fn built_in(name: &str) -> Option<Action> {
@@ -541,22 +389,4 @@ pub const NOTHING_DRAWN: Code = Code {
     start ~ (0 m, 0 m)          // wrong
     start = (0 m, 0 m)          // right
     start ~ near((0 m, 0 m), 0.2 m)     // right",
-};
-
-pub const UNKNOWN_STATE: Code = Code {
-    name: "unknown-state",
-    explain: "\
-`next` names a state that the motion does not declare.
-
-    state phase ~ uniform(0 deg, 360 deg)
-    next fase = phase + 1 deg       // wrong
-    next phase = phase + 1 deg      // right",
-};
-
-pub const MOTION_OUTPUT: Code = Code {
-    name: "motion-output",
-    explain: "\
-A motion gives exactly one of `velocity` and `position`.
-
-    motion drift(pace: speed) { velocity = (pace, 0 m/s) }      // right",
 };

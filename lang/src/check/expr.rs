@@ -53,17 +53,8 @@ impl<'a> Checker<'a> {
 
     fn vector(&mut self, scope: &mut Scope, x: &'a ExprAt, y: &'a ExprAt, at: Span) -> Expr {
         let x = self.expr(scope, x);
-        let x = match &x.type_ {
-            Type::Number(_) | Type::Poison => x,
-            _ => self.fits(
-                x,
-                &Type::Number(Dim::none()),
-                &Wanted::by("x of a vector"),
-                &[],
-                &mut Default::default(),
-            ),
-        };
-        let why = Wanted::declared("y of this vector", x.span);
+        let x = self.any_number(x, "x of a vector");
+        let why = Wanted::like("y of a vector", x.span);
         let y = self.expr(scope, y);
         let y = self.fits(y, &x.type_, &why, &[], &mut Default::default());
         match (&x.type_, y.is_poison()) {
@@ -87,17 +78,8 @@ impl<'a> Checker<'a> {
 
     fn range(&mut self, scope: &mut Scope, low: &'a ExprAt, high: &'a ExprAt, at: Span) -> Expr {
         let low = self.expr(scope, low);
-        let low = match &low.type_ {
-            Type::Number(_) | Type::Poison => low,
-            _ => self.fits(
-                low,
-                &Type::Number(Dim::none()),
-                &Wanted::by("an end of a range"),
-                &[],
-                &mut Default::default(),
-            ),
-        };
-        let why = Wanted::declared("the other end of this range", low.span);
+        let low = self.any_number(low, "an end of a range");
+        let why = Wanted::like("the other end of a range", low.span);
         let high = self.expr(scope, high);
         let high = self.fits(high, &low.type_, &why, &[], &mut Default::default());
         match (&low.type_, high.is_poison()) {

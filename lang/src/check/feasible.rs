@@ -1,13 +1,12 @@
 //! Values out of range and arrangements that cannot work, in training and in each evaluation.
 
-use std::collections::BTreeSet;
-
 use super::Checker;
 use super::value::OUT_OF_RANGE;
 use crate::ast::Span;
 use crate::case::Case;
 use crate::hir::{Bound, Expr, Kind, Slots};
 use crate::inline::Refusal;
+use crate::plan::ParamId;
 use crate::problem::{Code, Problem};
 use crate::resolve::Space;
 
@@ -17,12 +16,8 @@ impl Checker<'_> {
         for protocol in &self.hir.protocols {
             cases.push((Case::of(&self.hir, protocol), Some((protocol.name.clone(), protocol.span))));
         }
-        let mut told: BTreeSet<(&str, Option<Span>)> = BTreeSet::new();
         for (case, protocol) in cases {
             for problem in self.infeasible(&case) {
-                if !told.insert((problem.code.name, problem.span())) {
-                    continue;
-                }
                 self.report(match &protocol {
                     None => problem,
                     Some((name, span)) => problem.with(*span, format!("in the evaluation `{name}`")),
@@ -47,8 +42,9 @@ impl Checker<'_> {
                 }
             }
         }
-        for formation in 0..case.world.formations.len() {
-            self.formation(case, formation, &mut problems);
+        // A size out of range may be why places are too close.
+        if problems.is_empty() {
+            (0..case.world.formations.len()).for_each(|number| self.formation(case, number, &mut problems));
         }
         problems
     }
@@ -61,8 +57,9 @@ impl Checker<'_> {
         let at = bound.value.span;
         let text = self.sources.text(at);
         if bound.whole && (value.fract() != 0.0 || value < 0.0) {
-            let message = format!("`{}` must be a whole number, not negative", bound.name);
-            let problem = Problem::error(&OUT_OF_RANGE, message).at(at, format!("this is {value}"));
+            let problem =
+                Problem::error(&OUT_OF_RANGE, format!("`{}` must be a whole number from 0", bound.name))
+                    .at(at, if value < 0.0 { "negative" } else { "not whole" });
             return Some(problem.with(bound.declared, "declared here"));
         }
         let (low, high) = bound.range.as_ref()?;
@@ -184,7 +181,22 @@ impl Checker<'_> {
                 Some(at) => problem.with(at, "the safety distance"),
                 None => problem,
             };
+            let problem = shape.args.iter().fold(problem, |problem, arg| match arg.kind {
+                Kind::Param(id) => self.with_value(problem, case, id),
+                _ => problem,
+            });
             problems.push(problem.help("enlarge the formation or lower the safety distance"));
+        }
+    }
+
+    /// Shows a parameter that the arrangement depends on.
+    fn with_value(&self, problem: Problem, case: &Case, id: ParamId) -> Problem {
+        match (self.hir.params.get(id), case.constants.params.get(id)) {
+            (Some(param), Some(Some(value))) => {
+                let value = format!("{} {}", rounded(*value), self.units.si(&param.dim));
+                problem.with(param.span, format!("`{}` is {value}", param.name))
+            }
+            _ => problem,
         }
     }
 

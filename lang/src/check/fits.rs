@@ -13,22 +13,31 @@ use crate::resolve::listed;
 pub struct Wanted {
     /// For people, as the subject of a sentence: "`radius`", "the filter".
     pub what: String,
+    /// Where it is declared, or what it must be like.
     pub declared: Option<Span>,
+    like: bool,
 }
 
 impl Wanted {
     pub fn by(what: impl Into<String>) -> Wanted {
-        Wanted { what: what.into(), declared: None }
+        Wanted { what: what.into(), declared: None, like: false }
     }
 
     pub fn declared(what: impl Into<String>, at: Span) -> Wanted {
-        Wanted { what: what.into(), declared: Some(at) }
+        Wanted { what: what.into(), declared: Some(at), like: false }
     }
 
-    fn show(&self, problem: Problem, text: String) -> Problem {
+    /// It must be what something beside it is.
+    pub fn like(what: impl Into<String>, other: Span) -> Wanted {
+        Wanted { what: what.into(), declared: Some(other), like: true }
+    }
+
+    /// Points at the other place that matters.
+    fn show(&self, problem: Problem, wanted: &str) -> Problem {
         match self.declared {
-            Some(at) => problem.with(at, text),
-            None => problem.note(text),
+            Some(at) if self.like => problem.with(at, format!("this is {wanted}")),
+            Some(at) => problem.with(at, format!("{} is {wanted}", self.what)),
+            None => problem,
         }
     }
 }
@@ -117,7 +126,7 @@ impl<'a> Checker<'a> {
         let (have, want) = (self.describe(&value.type_), self.describe(wanted));
         let problem = Problem::error(&TYPE_MISMATCH, format!("{} must be {want}, not {have}", why.what))
             .at(value.span, format!("this is {have}"));
-        let problem = why.show(problem, format!("{} is {want}", why.what));
+        let problem = why.show(problem, &want);
         let problem = match self.type_remedy(&value, wanted) {
             Some(help) => problem.help(help),
             None => problem,
@@ -129,7 +138,7 @@ impl<'a> Checker<'a> {
         let (have_text, want_text) = (self.units.people(have), self.units.people(wanted));
         let message = format!("{} must be {want_text}, not {have_text}", why.what);
         let problem = Problem::error(&UNIT_MISMATCH, message).at(value.span, format!("this is {have_text}"));
-        let problem = why.show(problem, format!("{} is {want_text}", why.what));
+        let problem = why.show(problem, &want_text);
         match self.unit_remedy(value, have, wanted) {
             Some(help) => problem.help(help),
             None => problem,
@@ -137,7 +146,7 @@ impl<'a> Checker<'a> {
     }
 
     fn type_remedy(&self, value: &Expr, wanted: &Type) -> Option<String> {
-        let text = self.sources.text(value.span);
+        let text = bare(self.sources.text(value.span));
         match (&value.type_, wanted) {
             (Type::Number(_), Type::Truth) => {
                 Some(format!("compare it with something, for example `{text} > 0`"))
@@ -146,7 +155,8 @@ impl<'a> Checker<'a> {
                 Some(format!("`|{text}|` is its length, `.x` and `.y` are its parts"))
             }
             (Type::Number(_), Type::Range(_)) => {
-                Some(format!("write both ends, for example `-{text} .. {text}`"))
+                let size = text.trim_start_matches('-');
+                Some(format!("write both ends, for example `-{size} .. {size}`"))
             }
             (Type::Number(_), Type::Vector(_)) => Some("a vector is written `(x, y)`".to_owned()),
             (_, Type::Area) => Some("an area is written `box(-1 m .. 1 m, -1 m .. 1 m)`".to_owned()),
@@ -186,7 +196,7 @@ impl<'a> Checker<'a> {
             let param = self.hir.params.get(id)?;
             let dim = param.dim.mul(&missing.pow(exponent.inverse()?)?)?;
             let number = literal(&param.default, self.sources.text(param.default.span));
-            let example = with_unit(number.as_deref().unwrap_or("1"), &self.units.si(&dim));
+            let example = self.units.example(number.as_deref().unwrap_or("1"), &dim)?;
             return Some(format!(
                 "give `{}` {}, for example `{example}`",
                 param.name,
@@ -198,16 +208,46 @@ impl<'a> Checker<'a> {
             let text = self.sources.text(factor.span);
             let Some(number) = literal(factor, text) else { continue };
             let dim = dim.mul(&missing.pow(exponent.inverse()?)?)?;
-            let example = with_unit(&number, &self.units.si(&dim));
+            let example = self.units.example(&number, &dim)?;
             return Some(match whole(factor) || matches!(value.kind, Kind::Unary(..)) {
                 true => format!("write `{}`", self.sources.text(value.span).replacen(text, &example, 1)),
                 false => format!("give the factor `{text}` {}: `{example}`", self.units.people(&dim)),
             });
         }
-        let unit = self.units.si(&missing);
-        (!unit.is_empty())
-            .then(|| format!("multiply it by {}, for example `1 {unit}`", self.units.people(&missing)))
+        if missing.factors().all(|(_, exponent)| exponent.value() < 0.0) {
+            let inverse = Dim::none().div(&missing)?;
+            let example = self.units.example("1", &inverse)?;
+            return Some(format!(
+                "divide it by {}, for example `… / {example}`",
+                self.units.people(&inverse)
+            ));
+        }
+        let example = self.units.example("1", &missing)?;
+        Some(format!("multiply it by {}, for example `{example} * …`", self.units.people(&missing)))
     }
+
+    /// A number of any dimension; poison for anything else.
+    pub fn any_number(&mut self, value: Expr, what: &str) -> Expr {
+        if matches!(value.type_, Type::Number(_) | Type::Poison) {
+            return value;
+        }
+        let have = self.describe(&value.type_);
+        let problem = Problem::error(&TYPE_MISMATCH, format!("{what} must be a number, not {have}"))
+            .at(value.span, format!("this is {have}"));
+        let text = bare(self.sources.text(value.span));
+        let problem = match value.type_ {
+            Type::Vector(_) => problem.help(format!("`|{text}|` is the vector's length")),
+            Type::Truth => problem.help(format!("`if {text} then 1 else 0` is a number")),
+            _ => problem,
+        };
+        self.poison(value.span, problem)
+    }
+}
+
+/// Without the parentheses around.
+fn bare(text: &str) -> &str {
+    let inside = text.strip_prefix('(').and_then(|text| text.strip_suffix(')'));
+    inside.filter(|inside| !inside.contains(['(', ')'])).unwrap_or(text)
 }
 
 /// What a number is multiplied from, with exponents.
@@ -246,10 +286,6 @@ fn literal(expr: &Expr, text: &str) -> Option<String> {
     });
     let number = &text[..exponent.unwrap_or(end)];
     (!number.is_empty()).then(|| number.to_owned())
-}
-
-fn with_unit(number: &str, unit: &str) -> String {
-    if unit.is_empty() { number.to_owned() } else { format!("{number} {unit}") }
 }
 
 pub const UNIT_MISMATCH: Code = Code {

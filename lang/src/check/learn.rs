@@ -235,7 +235,7 @@ impl<'a> Checker<'a> {
             if let [name] = setting.path.as_slice()
                 && let Some(param) = params.iter_mut().find(|param| param.name == name.node)
             {
-                param.default = Some(self.quietly(|checker| checker.setting(setting, param)));
+                param.default = Some(self.setting(setting, param));
             }
         }
         let args = match call {
@@ -266,16 +266,6 @@ impl<'a> Checker<'a> {
         }
         let settings = params.into_iter().map(|param| param.name).zip(args).collect();
         Some(Method { label: label.to_owned(), what: Extern { name: label.to_owned(), settings }, span })
-    }
-
-    /// Checks again what was checked, without reporting anything again.
-    fn quietly<T>(&mut self, check: impl FnOnce(&mut Self) -> T) -> T {
-        let told = std::mem::take(self.problems);
-        let bounds = self.hir.bounds.len();
-        let result = check(self);
-        self.hir.bounds.truncate(bounds);
-        *self.problems = told;
-        result
     }
 }
 

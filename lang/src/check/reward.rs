@@ -1,6 +1,6 @@
 //! The reward's terms and the ends of an episode: all that is added up has one dimension.
 
-use super::fits::{TYPE_MISMATCH, Wanted};
+use super::fits::Wanted;
 use super::settings::MISSING;
 use super::value::OUT_OF_RANGE;
 use super::{Checker, Scope};
@@ -60,8 +60,7 @@ impl<'a> Checker<'a> {
 
     fn term(&mut self, term: &'a ast::RewardTerm) -> Option<Summand> {
         let value = self.expr(&mut Scope::of(self.program.main), &term.value);
-        let value = self.number(value, &format!("the term `{}`", term.name.node));
-        let Type::Number(dim) = value.type_.clone() else { return None };
+        let value = self.any_number(value, &format!("the term `{}`", term.name.node));
         let name = term.name.node.clone();
         self.hir.world.reward.push(Term {
             name: name.clone(),
@@ -69,6 +68,7 @@ impl<'a> Checker<'a> {
             value: value.clone(),
             span: term.name.span,
         });
+        let Type::Number(dim) = value.type_.clone() else { return None };
         Some(Summand { what: format!("`{name}`"), name, value, dim })
     }
 
@@ -78,7 +78,7 @@ impl<'a> Checker<'a> {
         let when = self.wanted(&mut scope, &end.when, &Type::Truth, &Wanted::by("the condition of an end"));
         let cost = end.cost.as_ref().map(|cost| {
             let cost = self.expr(&mut scope, cost);
-            self.number(cost, &format!("the cost of `{name}`"))
+            self.any_number(cost, &format!("the cost of `{name}`"))
         });
         if let Some(cost) = &cost {
             self.not_negative(cost, &name);
@@ -102,23 +102,6 @@ impl<'a> Checker<'a> {
                     .help(format!("write `costs {text}`")),
             );
         }
-    }
-
-    /// A number of any dimension; poison for anything else.
-    fn number(&mut self, value: Expr, what: &str) -> Expr {
-        if matches!(value.type_, Type::Number(_) | Type::Poison) {
-            return value;
-        }
-        let have = self.describe(&value.type_);
-        let problem = Problem::error(&TYPE_MISMATCH, format!("{what} must be a number, not {have}"))
-            .at(value.span, format!("this is {have}"));
-        let text = self.sources.text(value.span);
-        let problem = match value.type_ {
-            Type::Vector(_) => problem.help(format!("`|{text}|` is the vector's length")),
-            Type::Truth => problem.help(format!("`if {text} then 1 else 0` is a number")),
-            _ => problem,
-        };
-        self.poison(value.span, problem)
     }
 
     fn one_dimension(&mut self, summands: &[Summand]) {

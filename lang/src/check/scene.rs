@@ -7,8 +7,8 @@ use crate::ast::{self, Item, Span};
 use crate::dim::Substitution;
 use crate::hir::{Called, Expr, Formation, Kind, Observation, Type};
 use crate::plan::{GroupId, IndexSet};
-use crate::problem::Problem;
-use crate::resolve::Space;
+use crate::problem::{Problem, did_you_mean};
+use crate::resolve::{Space, listed};
 
 impl<'a> Checker<'a> {
     pub fn world(&mut self) {
@@ -86,14 +86,18 @@ impl<'a> Checker<'a> {
     }
 
     fn group_of_name(&mut self, name: &ast::Name) -> Option<GroupId> {
-        let id = self.item_named(Space::Value, name)?;
-        let group = self.ids.groups.get(&id).copied();
-        if group.is_none() {
-            let problem =
-                Problem::error(&super::expr::WRONG_KIND, format!("`{}` is no group of agents", name.node));
-            self.report(problem.at(name.span, "").help("name a group that `agent` or `agents` declares"));
+        let groups = || self.hir.world.groups.iter().map(|group| group.name.as_str());
+        if let Some(group) = groups().position(|group| group == name.node) {
+            return Some(group);
         }
-        group
+        let problem =
+            Problem::error(&super::expr::UNKNOWN_NAME, format!("there is no group `{}`", name.node));
+        let help = match did_you_mean(&name.node, groups()) {
+            Some(meant) => format!("did you mean `{meant}`?"),
+            None => format!("`agent` and `agents` declare {}", listed(groups())),
+        };
+        self.report(problem.at(name.span, "").help(help));
+        None
     }
 
     fn leader_of_formation(&mut self, name: &ast::Name) -> Option<GroupId> {
@@ -104,7 +108,7 @@ impl<'a> Checker<'a> {
                 Problem::error(&super::sets::GROUP_AS_AGENT, format!("`{}` is {size} agents", name.node))
                     .at(name.span, "a formation is about one agent")
                     .with(span, format!("a group of {size}"));
-            self.report(problem.help(format!("write `agent {}` for a group of one", name.node)));
+            self.report(problem.help("name a group of one, such as `agent leader : …` declares"));
             return None;
         }
         Some(group)
@@ -162,7 +166,7 @@ impl<'a> Checker<'a> {
             .map_or(item.value.span, |over| over.filter.as_ref().map_or(over.set.span, |filter| filter.span));
         let span = item.value.span.to(end);
         let text = self.sources.text(span).split_whitespace().collect::<Vec<_>>().join(" ");
-        if over.as_ref().is_some_and(Option::is_none) || value.is_poison() {
+        if over.as_ref().is_some_and(Option::is_none) {
             return;
         }
         self.hir.world.observe.push(Observation { text, value, over: over.flatten(), span });

@@ -139,18 +139,25 @@ impl<'a> Checker<'a> {
             return self.slot_of(formation, agent, at);
         }
         let agent = self.agent_of(scope, name, index, at);
-        if let Type::Agent(Some(other)) = agent.type_
-            && other != group
+        // Of an argument it is not known yet whose member it is.
+        let known = !matches!(agent.kind, Kind::Argument(_));
+        if let Type::Agent(other) = agent.type_
+            && other != Some(group)
+            && known
         {
-            let groups = &self.hir.world.groups;
-            let (Some(own), Some(other)) = (groups.get(group), groups.get(other)) else {
-                return Expr::poison(at);
+            let name_of = |group: GroupId| self.hir.world.groups.get(group).map_or("", |group| &group.name);
+            let own = name_of(group);
+            let (message, label) = match other.map(name_of) {
+                Some(other) => (
+                    format!("`{name}` has places for `{own}`, not for `{other}`"),
+                    format!("an agent of `{other}`"),
+                ),
+                None => (format!("`{name}` has places for `{own}` only"), "may be any agent".to_owned()),
             };
-            let message = format!("`{name}` has places for `{}`, not for `{}`", own.name, other.name);
             let problem = Problem::error(&FOREIGN_SLOT, message)
-                .at(index.span, format!("an agent of `{}`", other.name))
-                .with(self.formation_span(formation), format!("`{name}` is a formation of `{}`", own.name))
-                .help(format!("run over its members: `i in {}`", own.name));
+                .at(index.span, label)
+                .with(self.formation_span(formation), format!("a formation of `{own}`"))
+                .help(format!("run over its members: `i in {own}`"));
             return self.poison(at, problem);
         }
         self.slot_of(formation, agent, at)
@@ -212,13 +219,7 @@ impl<'a> Checker<'a> {
             self.wanted(scope, body, &Type::Truth, &Wanted::by(format!("what `{word}` is taken of")))
         } else {
             let value = self.expr(scope, body);
-            match &value.type_ {
-                Type::Number(_) | Type::Poison => value,
-                _ => {
-                    let why = Wanted::by(format!("what `{word}` is taken of"));
-                    self.fits(value, &Type::Number(Dim::none()), &why, &[], &mut Default::default())
-                }
-            }
+            self.any_number(value, &format!("what `{word}` is taken of"))
         };
         scope.locals.truncate(depth);
         let Some(over) = checked.filter(|_| !body.is_poison()) else { return Expr::poison(at) };

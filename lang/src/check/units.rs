@@ -187,7 +187,22 @@ impl Units {
         }
     }
 
-    /// The SI unit as it would be written after a number; empty for plain numbers.
+    /// A number as it would be written with its SI unit; `None` for the dimension variables of a function.
+    pub fn example(&self, number: &str, dim: &Dim) -> Option<String> {
+        if dim.is_none() {
+            return Some(number.to_owned());
+        }
+        if !dim.factors().all(|(base, _)| self.dimensions.contains_key(base)) {
+            return None;
+        }
+        let unit = self.si(dim);
+        match unit.strip_prefix("1/") {
+            None => Some(format!("{number} {unit}")),
+            Some(_) => Some(format!("{number} / {}", self.example("1", &Dim::none().div(dim)?)?)),
+        }
+    }
+
+    /// The SI unit, for people; empty for plain numbers.
     pub fn si(&self, dim: &Dim) -> String {
         if dim.is_none() {
             return String::new();
