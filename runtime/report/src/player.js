@@ -113,6 +113,7 @@
 
     const trail = Math.round(TRAIL_S / (stage.dt_s * track.stride));
     const from = Math.max(0, at - trail);
+    c.lineCap = 'butt';
     agents.forEach((agent) => {
       c.strokeStyle = agent.learned ? colour : ink.ref;
       c.lineWidth = 2;
@@ -130,6 +131,7 @@
     });
     c.globalAlpha = 1;
 
+    c.lineCap = 'round';
     const reach = Math.max(7, stage.safety_m / 2 * scale);
     c.lineWidth = 1.5;
     for (const seat of seats) {
