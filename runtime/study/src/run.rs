@@ -32,7 +32,7 @@ pub struct Options {
     pub master: u64,
     /// When this turns true, every cell writes a checkpoint and the run ends.
     pub interrupt: Arc<AtomicBool>,
-    /// Steps of training between two checkpoints.
+    /// Steps of training between two checkpoints; if they are slow, a checkpoint comes earlier.
     pub checkpoint_steps: u64,
     pub owner: Owner,
 }

@@ -23,6 +23,9 @@ use crate::storage::Storage;
 use crate::training::Trainer;
 use crate::worlds::Worlds;
 
+/// Seconds of training between two checkpoints at most, however slow the steps are.
+const MOST_SECONDS: f64 = 5.0;
+
 /// What all cells of a run share.
 pub(crate) struct Work<'a> {
     pub plan: &'a Plan,
@@ -98,13 +101,15 @@ impl Work<'_> {
     fn train(&self, cell: &Cell, trainer: &mut Trainer, checkpoints: &mut Checkpoints) -> Result<(), Halt> {
         let (began, earlier) = (Instant::now(), trainer.course.seconds);
         let (most, mut saved) = (trainer.most_steps(), trainer.course.steps);
+        let mut saved_at = earlier;
         while !trainer.is_done() {
             let interrupted = self.is_interrupted();
-            let steps = trainer.course.steps;
-            if steps > saved && (interrupted || steps - saved >= self.options.checkpoint_steps) {
-                trainer.course.seconds = earlier + began.elapsed().as_secs_f64();
+            trainer.course.seconds = earlier + began.elapsed().as_secs_f64();
+            let (steps, seconds) = (trainer.course.steps, trainer.course.seconds);
+            let due = steps - saved >= self.options.checkpoint_steps || seconds - saved_at >= MOST_SECONDS;
+            if steps > saved && (interrupted || due) {
                 checkpoints.save(&trainer.course, &trainer.save(), &trainer.rows_since(saved))?;
-                saved = steps;
+                (saved, saved_at) = (steps, seconds);
             }
             if interrupted {
                 return Err(Halt::Interrupted);
