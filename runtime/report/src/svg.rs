@@ -57,7 +57,7 @@ impl Axis {
         Axis { lo, hi, log: false, ticks }
     }
 
-    /// Covers all positive values; a tick at 1, 2 and 5 of each power of ten.
+    /// Covers all positive values; ticks at round parts of each power of ten.
     pub fn log(values: impl IntoIterator<Item = f64>, format: impl Fn(f64) -> Format) -> Axis {
         let (lo, hi) = range(values.into_iter().filter(|value| *value > 0.0));
         let (lo, hi) = if lo > 0.0 { (lo / 1.15, hi * 1.15) } else { (0.1, 1.0) };
@@ -65,7 +65,11 @@ impl Axis {
         let format = |value: f64| Format { factor, ..format(value) };
         let (first, last) =
             (libm::floor(libm::log10(lo * factor)) as i32, libm::ceil(libm::log10(hi * factor)) as i32);
-        let mantissas: &[f64] = if last - first > 3 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+        let mantissas: &[f64] = match hi / lo {
+            ..10.0 => &[1.0, 2.0, 3.0, 4.0, 5.0, 7.0],
+            ..1000.0 => &[1.0, 2.0, 5.0],
+            _ => &[1.0],
+        };
         let ticks = (first..=last)
             .flat_map(|power| mantissas.iter().map(move |mantissa| mantissa * libm::exp10(f64::from(power))))
             .map(|shown| (shown, shown / factor))

@@ -141,7 +141,7 @@ fn plot<'v>(
         let ends = [statistic.lo, statistic.hi, Some(statistic.iqm)];
         statistic.per_seed.iter().copied().chain(ends).flatten()
     });
-    let axis = Axis::linear(shown, 4, format);
+    let axis = Axis::linear(shown, 6, format);
     let level = view.oracle().and_then(of).map(|statistic| statistic.iqm);
     let rows: Vec<_> = view
         .methods

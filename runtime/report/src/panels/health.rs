@@ -101,7 +101,7 @@ fn figure(view: &View, metric: String, title: String) -> Option<Figure> {
     let x = Axis::linear([0.0, last], 3, Format::number);
     let ticks = x.ticks.into_iter().map(|tick| Tick { label: count(tick.value), ..tick }).collect();
     let x = Axis { hi: last, ticks, ..x };
-    let y = Axis::linear(points().map(|(_, value)| *value), 4, Format::number);
+    let y = Axis::linear(points().map(|(_, value)| *value), 5, Format::number);
     let draw = |line: &Line| svg::line(line.iter().map(|&(a, b)| Some((x.place(a), y.place(b)))));
     let area: String = all
         .iter()

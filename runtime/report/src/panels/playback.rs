@@ -150,7 +150,7 @@ fn stage<'v>(view: &'v View, name: &'v str, world: &'v World) -> Stage<'v> {
         slots: slots.collect(),
         terms: world.reward.iter().map(|term| term.name.as_str()).collect(),
         arenas,
-        frames: (0..EPISODES).map(|episode| frame(view, name, episode)).collect(),
+        frames: (0..EPISODES).map(|episode| frame(view, name, world, episode)).collect(),
     }
 }
 
@@ -162,8 +162,8 @@ fn hand(body: &Extern) -> Option<f64> {
     }
 }
 
-/// Where the agents were seen in an episode, all cells together, with a margin.
-fn frame(view: &View, protocol: &str, episode: usize) -> [f64; 4] {
+/// Where the agents were seen in an episode, all cells together, with room for their bodies.
+fn frame(view: &View, protocol: &str, world: &World, episode: usize) -> [f64; 4] {
     let seen = view
         .methods
         .iter()
@@ -178,7 +178,8 @@ fn frame(view: &View, protocol: &str, episode: usize) -> [f64; 4] {
     if x0 > x1 {
         return [-1.0, 1.0, -1.0, 1.0];
     }
-    let margin = 0.06 * (x1 - x0).max(y1 - y0).max(0.1);
+    let hand_m = world.groups.iter().filter_map(|group| hand(&group.body)).fold(0.0, f64::max);
+    let margin = (0.04 * (x1 - x0).max(y1 - y0).max(0.1)).max(world.safety_m) + hand_m;
     [x0 - margin, x1 + margin, y0 - margin, y1 + margin]
 }
 
