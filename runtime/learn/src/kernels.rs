@@ -16,9 +16,10 @@ use std::sync::atomic::{AtomicU8, Ordering};
 
 pub(crate) use loops::AdamStep;
 pub(crate) use storage::{Dense, Panels, Rows};
-pub(crate) use transpose::{through_relu, to_panels};
+pub(crate) use transpose::to_panels;
 
 use crate::error::LearnError;
+use storage::BLOCK;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -96,6 +97,7 @@ macro_rules! entry_points {
      $bn:literal, update $ur:literal x $uc:literal) => {
         mod $level {
             use super::loops::{self, Backward, Forward, Update};
+            use super::transpose::{self, ThroughRelu};
 
             /// # Safety
             ///
@@ -147,6 +149,15 @@ macro_rules! entry_points {
                 }
                 // SAFETY: the caller's promise.
                 unsafe { loops::update_biases::<$lanes, $uc>(a, inputs) };
+            }
+
+            /// # Safety
+            ///
+            /// As [`transpose::through_relu`].
+            $(#[$feature])?
+            pub(super) unsafe fn through_relu(a: &ThroughRelu) {
+                // SAFETY: the caller's promise.
+                unsafe { transpose::through_relu::<$lanes>(a) }
             }
         }
     };
@@ -237,6 +248,27 @@ impl Simd {
         back.w = a.w;
         dispatch!(self, backward_update(&back, &a, inputs));
     }
+
+    /// The gradient through a ReLU, in both layouts: `d` becomes 0 where `h`, the ReLU's output, is not
+    /// positive, and `d_rows` becomes the same as `d`.
+    pub(crate) fn through_relu(self, h: &Rows, d: &mut Panels, d_rows: &mut Rows) {
+        d_rows.set_rows(h.rows());
+        assert_eq!((h.features(), h.features()), (d.features(), d_rows.features()));
+        let stride = h.stride();
+        let (h, d, d_rows) = (h.data(), d.data_mut(), d_rows.data_mut());
+        let block = BLOCK * stride;
+        for ((h, d), d_rows) in
+            h.chunks_exact(block).zip(d.chunks_exact_mut(block)).zip(d_rows.chunks_exact_mut(block))
+        {
+            let a = transpose::ThroughRelu {
+                h: h.as_ptr(),
+                d: d.as_mut_ptr(),
+                d_rows: d_rows.as_mut_ptr(),
+                stride,
+            };
+            dispatch!(self, through_relu(&a));
+        }
+    }
 }
 
 /// Checks the sizes.
@@ -250,7 +282,7 @@ fn backward_operands(w: &Dense, dy: &Panels, dx: &mut Panels) -> loops::Backward
         w: w.data().as_ptr(),
         stride: w.stride(),
         dx: dx.data_mut().as_mut_ptr(),
-        inputs: w.inputs(),
+        dx_stride: dx.stride(),
     }
 }
 

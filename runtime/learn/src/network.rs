@@ -5,7 +5,7 @@ use std::ops::Range;
 use mpgx_random::Stream;
 
 use crate::adam::Adam;
-use crate::kernels::{AdamStep, Dense, Panels, Rows, Simd, Trained, through_relu, to_panels};
+use crate::kernels::{AdamStep, Dense, Panels, Rows, Simd, Trained, to_panels};
 
 /// The weights of a network, or anything of their shape.
 #[derive(Clone)]
@@ -63,7 +63,7 @@ impl Mlp {
             match below.last_mut() {
                 Some(below) => {
                     simd.backward(layer, 0..layer.inputs(), &here[0], below);
-                    through_relu(&h.0[l - 1], below, &mut d.rows[l - 1]);
+                    simd.through_relu(&h.0[l - 1], below, &mut d.rows[l - 1]);
                 }
                 None => simd.backward(layer, inputs.clone(), &here[0], &mut d.input),
             }
@@ -90,7 +90,7 @@ impl Mlp {
                 Some(below) => {
                     let h = &h.0[l - 1];
                     simd.backward_update(h, (&d.rows[l], &here[0]), below, step, trained);
-                    through_relu(h, below, &mut d.rows[l - 1]);
+                    simd.through_relu(h, below, &mut d.rows[l - 1]);
                 }
                 None => simd.update(x, &d.rows[l], step, trained),
             }

@@ -1,4 +1,5 @@
 //! The learner from outside: it learns, its settings do what they say, and nothing is lost over a restore.
+#![allow(clippy::unwrap_used)]
 
 mod support;
 #[path = "support/task.rs"]
@@ -145,7 +146,8 @@ fn a_log_with_gaps_restores() {
     let (state, mut rows) = (saved(&whole), Vec::new());
     whole.replay_rows(0, &mut rows);
     assert_eq!(rows.len(), 75 * whole.row_bytes());
-    assert!(rows[..55 * whole.row_bytes()].iter().all(|&byte| byte == 0));
+    let dropped = rows.chunks(whole.row_bytes()).map(|row| row.iter().all(|&byte| byte == 0));
+    assert!(dropped.enumerate().all(|(n, dropped)| dropped == (n < 55)));
     let mut resumed = learner(&config, 0);
     resumed.restore(&state).unwrap();
     resumed.restore_rows(&rows).unwrap();
@@ -245,6 +247,30 @@ fn exploration_is_the_policy_with_noise() {
     }
     // P(|N(0, 2)| > 1) is about 0.48.
     assert!((30..70).contains(&beyond), "{beyond}");
+}
+
+/// With networks that never change, what differs between updates is what was drawn.
+#[test]
+fn every_update_draws_its_own_noise_and_batch() {
+    let frozen = Config { actor_rate: 0.0, critic_rate: 0.0, batch: 1, ..config("mpg") };
+    let distinct = |config: &Config, metric: &str| {
+        let mut learner = learner(config, 0);
+        let mut values: Vec<f32> = (0..8)
+            .map(|k| {
+                let state = [if config.replay == 1 { 0.0 } else { k as f32 / 8.0 }, 1.0];
+                learner.step(Transition { state: &state, next: &state, ..STILL }).unwrap();
+                health(&mut learner)[metric]
+            })
+            .collect();
+        values.sort_by(f32::total_cmp);
+        values.dedup();
+        values.len()
+    };
+    let one_transition = Config { replay: 1, ..frozen.clone() };
+    assert!(distinct(&one_transition, "q/gap") > 4);
+    assert_eq!(distinct(&Config { train_noise: 0.0, ..one_transition.clone() }, "q/gap"), 1);
+    assert_eq!(distinct(&Config { train_clip: 0.0, ..one_transition }, "q/gap"), 1);
+    assert!(distinct(&frozen, "q/q1") > 2);
 }
 
 #[test]

@@ -1,4 +1,5 @@
 //! A run gives the same bits in every vector width. Alone in its binary: the choice of the width is global.
+#![allow(clippy::unwrap_used)]
 
 mod support;
 #[path = "support/task.rs"]

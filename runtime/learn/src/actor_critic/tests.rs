@@ -56,7 +56,7 @@ impl Fixture {
         serde_json::from_str(include_str!("../../tests/fixtures/update.json")).unwrap()
     }
 
-    fn networks(&self, simd: Simd, rows: usize) -> ActorCritic {
+    fn networks(&self, simd: Simd, rows: usize, with_target_actor: bool) -> ActorCritic {
         let network = |inputs: usize, outputs: usize, weights: &[f32]| {
             let mut network = Mlp::zeros(&[&[inputs], self.hidden.as_slice(), &[outputs]].concat());
             let values = network.layers_mut().iter_mut().flat_map(|layer| layer.rows_mut()).flatten();
@@ -64,7 +64,13 @@ impl Fixture {
             network
         };
         let critics = [0, 1].map(|j| network(self.state + self.action, 1, &self.critics[j]));
-        ActorCritic::new(simd, network(self.state, self.action, &self.actor), critics, false, rows)
+        ActorCritic::new(
+            simd,
+            network(self.state, self.action, &self.actor),
+            critics,
+            with_target_actor,
+            rows,
+        )
     }
 
     fn rule(&self, algorithm: &str, update: usize) -> Rule {
@@ -74,7 +80,7 @@ impl Fixture {
             actor_rate: self.actor_rate,
             critic_rate: self.critic_rate,
             tau: self.tau,
-            delayed: update % self.delay == 0,
+            delayed: update.is_multiple_of(self.delay),
         }
     }
 
@@ -119,7 +125,7 @@ fn assert_close(network: &Mlp, expected: &[f64], what: &str) {
 fn ten_updates_are_those_of_pytorch() {
     let fixture = Fixture::read();
     for (algorithm, run) in &fixture.runs {
-        let mut networks = fixture.networks(Simd::best(), 16);
+        let mut networks = fixture.networks(Simd::best(), 16, false);
         for (k, loss) in (1..).zip(&run.losses) {
             let (batch, noise) = fixture.batch(16 * (k - 1), 16);
             let seen = networks.update(&batch, &noise, &fixture.rule(algorithm, k));
@@ -155,7 +161,7 @@ fn every_width_gives_the_same_bits() {
     for rows in [1, 15, 16, 17, 100] {
         let results: Vec<_> = Simd::available()
             .map(|simd| {
-                let mut networks = fixture.networks(simd, rows);
+                let mut networks = fixture.networks(simd, rows, false);
                 let seen = [1, 2, 3, 4].map(|k| {
                     let (batch, noise) = fixture.batch(k * rows, rows);
                     networks.update(&batch, &noise, &fixture.rule("mpg", k))
@@ -173,7 +179,7 @@ fn every_width_gives_the_same_bits() {
 #[test]
 fn the_actor_and_the_targets_wait() {
     let fixture = Fixture::read();
-    let mut networks = fixture.networks(Simd::best(), 16);
+    let mut networks = fixture.networks(Simd::best(), 16, false);
     let (batch, noise) = fixture.batch(0, 16);
     networks.update(&batch, &noise, &fixture.rule("mpg", 1));
     assert_eq!(flat(&networks.actor), fixture.actor);
@@ -183,11 +189,30 @@ fn the_actor_and_the_targets_wait() {
     }
 }
 
+/// A target actor gives the target actions and follows the actor as the target critics follow theirs.
+#[test]
+fn the_target_actor_follows_the_actor() {
+    let fixture = Fixture::read();
+    let mut networks = fixture.networks(Simd::best(), 16, true);
+    let (batch, noise) = fixture.batch(0, 16);
+    networks.update(&batch, &noise, &fixture.rule("mpg", 2));
+    let target = flat(networks.target_actor.as_ref().unwrap());
+    for ((target, new), old) in target.iter().zip(flat(&networks.actor)).zip(&fixture.actor) {
+        assert!((target - (old + 0.05 * (new - old))).abs() < 1e-6, "{target} {new} {old}");
+    }
+    assert_ne!(target, fixture.actor);
+    let with = networks.update(&batch, &noise, &fixture.rule("mpg", 1));
+    networks = fixture.networks(Simd::best(), 16, false);
+    networks.update(&batch, &noise, &fixture.rule("mpg", 2));
+    let without = networks.update(&batch, &noise, &fixture.rule("mpg", 1));
+    assert_ne!(with.gap, without.gap);
+}
+
 /// One Δ_last an entry of the mini-batch, carried to the next update.
 #[test]
 fn the_last_difference_is_carried() {
     let fixture = Fixture::read();
-    let mut networks = fixture.networks(Simd::best(), 16);
+    let mut networks = fixture.networks(Simd::best(), 16, false);
     let (batch, noise) = fixture.batch(0, 16);
     let first = networks.update(&batch, &noise, &fixture.rule("mpg", 1));
     assert!((2.0 * first.delta_adj - first.gap).abs() < 1e-6, "Δ_last begins at 0");

@@ -23,6 +23,13 @@ pub(super) trait Lanes: Copy {
     unsafe fn relu(self) -> Self;
     /// +0 where the magnitude is below the least normal number; NaN stays NaN.
     unsafe fn flush(self) -> Self;
+    /// +0 where `condition` is not positive.
+    unsafe fn where_positive(self, condition: Self) -> Self;
+    /// Turns `WIDTH` rows into columns: to\[j\]\[i\] = from\[i\]\[j\]. Rows begin every `from_stride` and
+    /// `to_stride` floats.
+    unsafe fn transpose(from: *const f32, from_stride: usize, to: *mut f32, to_stride: usize);
+    /// Asks for the cache line of an address to be brought near; any address will do.
+    unsafe fn prefetch(at: *const f32);
 }
 
 impl Lanes for f32 {
@@ -84,6 +91,20 @@ impl Lanes for f32 {
     unsafe fn flush(self) -> Self {
         if self.abs() < f32::MIN_POSITIVE { 0.0 } else { self }
     }
+
+    #[inline(always)]
+    unsafe fn where_positive(self, condition: Self) -> Self {
+        if condition > 0.0 { self } else { 0.0 }
+    }
+
+    #[inline(always)]
+    unsafe fn transpose(from: *const f32, _: usize, to: *mut f32, _: usize) {
+        // SAFETY: the caller's pointers are valid for one float.
+        unsafe { to.write_unaligned(from.read_unaligned()) }
+    }
+
+    #[inline(always)]
+    unsafe fn prefetch(_: *const f32) {}
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -95,7 +116,8 @@ pub(super) mod x86 {
     /// Vectors of the instruction set: the names of its operations, and how it flushes.
     macro_rules! vectors {
         ($vector:ident, $width:literal, $set:ident, $load:ident, $store:ident, $add:ident, $sub:ident, $mul:ident,
-         $div:ident, $sqrt:ident, $fma:ident, $max:ident, $flush:ident) => {
+         $div:ident, $sqrt:ident, $fma:ident, $max:ident, $flush:ident, $where_positive:ident,
+         $transpose:ident) => {
             // SAFETY of every block below: the caller promises the CPU's features, and valid pointers to `load`
             // and `store`; the instructions need nothing else.
             #[allow(clippy::undocumented_unsafe_blocks)]
@@ -157,6 +179,21 @@ pub(super) mod x86 {
                 unsafe fn flush(self) -> Self {
                     unsafe { $flush(self) }
                 }
+
+                #[inline(always)]
+                unsafe fn where_positive(self, condition: Self) -> Self {
+                    unsafe { $where_positive(self, condition) }
+                }
+
+                #[inline(always)]
+                unsafe fn transpose(from: *const f32, from_stride: usize, to: *mut f32, to_stride: usize) {
+                    unsafe { $transpose(from, from_stride, to, to_stride) }
+                }
+
+                #[inline(always)]
+                unsafe fn prefetch(at: *const f32) {
+                    unsafe { _mm_prefetch::<_MM_HINT_T0>(at.cast()) }
+                }
             }
         };
     }
@@ -174,7 +211,9 @@ pub(super) mod x86 {
         _mm512_sqrt_ps,
         _mm512_fmadd_ps,
         _mm512_max_ps,
-        flush_512
+        flush_512,
+        where_positive_512,
+        transpose_512
     );
     vectors!(
         __m256,
@@ -189,7 +228,9 @@ pub(super) mod x86 {
         _mm256_sqrt_ps,
         _mm256_fmadd_ps,
         _mm256_max_ps,
-        flush_256
+        flush_256,
+        where_positive_256,
+        transpose_256
     );
 
     #[inline]
@@ -204,5 +245,88 @@ pub(super) mod x86 {
     fn flush_256(x: __m256) -> __m256 {
         let magnitude = _mm256_andnot_ps(_mm256_set1_ps(-0.0), x);
         _mm256_and_ps(x, _mm256_cmp_ps::<_CMP_NLT_UQ>(magnitude, _mm256_set1_ps(f32::MIN_POSITIVE)))
+    }
+
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn where_positive_512(x: __m512, condition: __m512) -> __m512 {
+        _mm512_maskz_mov_ps(_mm512_cmp_ps_mask::<_CMP_GT_OQ>(condition, _mm512_setzero_ps()), x)
+    }
+
+    #[inline]
+    #[target_feature(enable = "avx2,fma")]
+    fn where_positive_256(x: __m256, condition: __m256) -> __m256 {
+        _mm256_and_ps(x, _mm256_cmp_ps::<_CMP_GT_OQ>(condition, _mm256_setzero_ps()))
+    }
+
+    /// # Safety
+    ///
+    /// Both pointers are valid for 16 rows of 16 floats at their strides.
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    unsafe fn transpose_512(from: *const f32, from_stride: usize, to: *mut f32, to_stride: usize) {
+        // Rows of the 4 × 4 tiles of 4 × 4 floats: first each tile is turned, then the tiles change places.
+        let mut turned = [_mm512_setzero_ps(); 16];
+        for k in 0..4 {
+            // SAFETY: rows 4k to 4k + 3 of 16.
+            let [a, b, c, d] =
+                [0, 1, 2, 3].map(|r| unsafe { _mm512_loadu_ps(from.add((4 * k + r) * from_stride)) });
+            let (ab_low, ab_high) = (_mm512_unpacklo_ps(a, b), _mm512_unpackhi_ps(a, b));
+            let (cd_low, cd_high) = (_mm512_unpacklo_ps(c, d), _mm512_unpackhi_ps(c, d));
+            turned[k] = _mm512_shuffle_ps::<0x44>(ab_low, cd_low);
+            turned[4 + k] = _mm512_shuffle_ps::<0xee>(ab_low, cd_low);
+            turned[8 + k] = _mm512_shuffle_ps::<0x44>(ab_high, cd_high);
+            turned[12 + k] = _mm512_shuffle_ps::<0xee>(ab_high, cd_high);
+        }
+        for (r, tiles) in turned.chunks_exact(4).enumerate() {
+            let (even_01, odd_01) = (
+                _mm512_shuffle_f32x4::<0x88>(tiles[0], tiles[1]),
+                _mm512_shuffle_f32x4::<0xdd>(tiles[0], tiles[1]),
+            );
+            let (even_23, odd_23) = (
+                _mm512_shuffle_f32x4::<0x88>(tiles[2], tiles[3]),
+                _mm512_shuffle_f32x4::<0xdd>(tiles[2], tiles[3]),
+            );
+            let columns = [
+                _mm512_shuffle_f32x4::<0x88>(even_01, even_23),
+                _mm512_shuffle_f32x4::<0x88>(odd_01, odd_23),
+                _mm512_shuffle_f32x4::<0xdd>(even_01, even_23),
+                _mm512_shuffle_f32x4::<0xdd>(odd_01, odd_23),
+            ];
+            for (tile, column) in columns.into_iter().enumerate() {
+                // SAFETY: row 4 · tile + r of 16.
+                unsafe { _mm512_storeu_ps(to.add((4 * tile + r) * to_stride), column) };
+            }
+        }
+    }
+
+    /// # Safety
+    ///
+    /// Both pointers are valid for 8 rows of 8 floats at their strides.
+    #[inline]
+    #[target_feature(enable = "avx2,fma")]
+    unsafe fn transpose_256(from: *const f32, from_stride: usize, to: *mut f32, to_stride: usize) {
+        // As for 16 × 16, with 2 × 2 tiles.
+        let mut turned = [_mm256_setzero_ps(); 8];
+        for k in 0..2 {
+            // SAFETY: rows 4k to 4k + 3 of 8.
+            let [a, b, c, d] =
+                [0, 1, 2, 3].map(|r| unsafe { _mm256_loadu_ps(from.add((4 * k + r) * from_stride)) });
+            let (ab_low, ab_high) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
+            let (cd_low, cd_high) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
+            turned[k] = _mm256_shuffle_ps::<0x44>(ab_low, cd_low);
+            turned[2 + k] = _mm256_shuffle_ps::<0xee>(ab_low, cd_low);
+            turned[4 + k] = _mm256_shuffle_ps::<0x44>(ab_high, cd_high);
+            turned[6 + k] = _mm256_shuffle_ps::<0xee>(ab_high, cd_high);
+        }
+        for (r, tiles) in turned.chunks_exact(2).enumerate() {
+            let low = _mm256_permute2f128_ps::<0x20>(tiles[0], tiles[1]);
+            let high = _mm256_permute2f128_ps::<0x31>(tiles[0], tiles[1]);
+            // SAFETY: rows r and 4 + r of 8.
+            unsafe {
+                _mm256_storeu_ps(to.add(r * to_stride), low);
+                _mm256_storeu_ps(to.add((4 + r) * to_stride), high);
+            }
+        }
     }
 }

@@ -108,14 +108,15 @@ unsafe fn forward_block<L: Lanes, const R: usize, const C: usize>(a: &Forward, r
 /// Operands of [`backward`]: dx\[i\]\[b\] = Σ_o dy\[o\]\[b\] w\[i\]\[o\] in every panel, o ascending.
 pub(super) struct Backward {
     pub(super) panels: usize,
-    /// `[panels][outputs][BLOCK]`
+    /// `[panels][stride][BLOCK]`
     pub(super) dy: *const f32,
     pub(super) outputs: usize,
+    /// `[to][stride]`
     pub(super) w: *const f32,
     pub(super) stride: usize,
-    /// `[panels][inputs][BLOCK]`
+    /// `[panels][dx_stride][BLOCK]`
     pub(super) dx: *mut f32,
-    pub(super) inputs: usize,
+    pub(super) dx_stride: usize,
 }
 
 /// Rows `from..to` of w, in blocks of `R` rows by the `N` vectors of a panel.
@@ -123,7 +124,7 @@ pub(super) struct Backward {
 /// # Safety
 ///
 /// The CPU has the features of `L`; `N · L::WIDTH = BLOCK`; dy and dx are valid for their panels, w for `to`
-/// rows of `stride ≥ outputs`; `to ≤ inputs`; dx overlaps neither.
+/// rows of `stride ≥ outputs`; `to ≤ dx_stride`; dx overlaps neither.
 #[inline(always)]
 pub(super) unsafe fn backward<L: Lanes, const R: usize, const N: usize>(
     a: &Backward,
@@ -133,8 +134,8 @@ pub(super) unsafe fn backward<L: Lanes, const R: usize, const N: usize>(
     for panel in 0..a.panels {
         // SAFETY: the panel lies within dy and dx.
         unsafe {
-            let dy = a.dy.add(panel * a.outputs * BLOCK);
-            let dx = a.dx.add(panel * a.inputs * BLOCK);
+            let dy = a.dy.add(panel * a.stride * BLOCK);
+            let dx = a.dx.add(panel * a.dx_stride * BLOCK);
             backward_panel::<L, R, N>(&Backward { dy, dx, ..*a }, from, to);
         }
     }

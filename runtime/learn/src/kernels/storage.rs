@@ -41,7 +41,7 @@ impl DerefMut for Buffer {
     }
 }
 
-/// Features of a batch, one row a sample: `[rows][stride]`.
+/// Features of a batch, one row a sample: `[rows][stride]`, with room for whole panels.
 #[derive(Clone)]
 pub(crate) struct Rows {
     rows: usize,
@@ -51,7 +51,7 @@ pub(crate) struct Rows {
 
 impl Rows {
     pub(crate) fn new(rows: usize, features: usize) -> Self {
-        Self { rows, features, data: Buffer::new(rows * padded(features)) }
+        Self { rows, features, data: Buffer::new(padded(rows) * padded(features)) }
     }
 
     pub(crate) fn rows(&self) -> usize {
@@ -92,8 +92,8 @@ impl Rows {
     }
 }
 
-/// Features of a batch, transposed in panels of [`BLOCK`] samples: `[panel][feature][sample]`. The samples
-/// beyond the batch in the last panel are never read back.
+/// Features of a batch, transposed in panels of [`BLOCK`] samples: `[panel][stride][sample]`. What samples
+/// beyond the batch and features beyond the last hold is never used.
 #[derive(Clone)]
 pub(crate) struct Panels {
     panels: usize,
@@ -105,7 +105,7 @@ impl Panels {
     /// Room for `rows` samples.
     pub(crate) fn new(rows: usize, features: usize) -> Self {
         let panels = rows.div_ceil(BLOCK);
-        Self { panels, features, data: Buffer::new(panels * features * BLOCK) }
+        Self { panels, features, data: Buffer::new(panels * padded(features) * BLOCK) }
     }
 
     pub(crate) fn panels(&self) -> usize {
@@ -114,6 +114,10 @@ impl Panels {
 
     pub(crate) fn features(&self) -> usize {
         self.features
+    }
+
+    pub(crate) fn stride(&self) -> usize {
+        padded(self.features)
     }
 
     pub(crate) fn get(&self, row: usize, feature: usize) -> f32 {
@@ -126,13 +130,7 @@ impl Panels {
     }
 
     fn place(&self, row: usize, feature: usize) -> usize {
-        ((row / BLOCK) * self.features + feature) * BLOCK + row % BLOCK
-    }
-
-    /// `[feature][sample]`
-    pub(super) fn panel_mut(&mut self, panel: usize) -> &mut [f32] {
-        let len = self.features * BLOCK;
-        &mut self.data[panel * len..][..len]
+        ((row / BLOCK) * self.stride() + feature) * BLOCK + row % BLOCK
     }
 
     pub(super) fn data(&self) -> &[f32] {

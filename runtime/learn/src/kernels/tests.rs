@@ -172,15 +172,19 @@ fn subnormal_moments_become_zero() {
 
 #[test]
 fn a_gradient_passes_a_relu_where_it_is_positive() {
-    let h = random_rows(17, 33, 1);
-    let before = random_rows(17, 33, 2);
-    let (mut d, mut d_rows) = (Panels::new(17, 33), Rows::new(17, 33));
-    to_panels(&before, &mut d);
-    through_relu(&h, &mut d, &mut d_rows);
-    for row in 0..17 {
-        for i in 0..33 {
-            let expected = if h.row(row)[i] > 0.0 { before.row(row)[i] } else { 0.0 };
-            assert_eq!([d.get(row, i), d_rows.row(row)[i]], [expected; 2], "{row} {i}");
+    for simd in Simd::available() {
+        for (rows, features) in [(1, 1), (16, 16), (17, 33), (100, 40)] {
+            let h = random_rows(rows, features, 1);
+            let before = random_rows(rows, features, 2);
+            let (mut d, mut d_rows) = (Panels::new(rows, features), Rows::new(rows, features));
+            to_panels(&before, &mut d);
+            simd.through_relu(&h, &mut d, &mut d_rows);
+            for row in 0..rows {
+                for i in 0..features {
+                    let expected = if h.row(row)[i] > 0.0 { before.row(row)[i] } else { 0.0 };
+                    assert_eq!([d.get(row, i), d_rows.row(row)[i]], [expected; 2], "{simd:?} {row} {i}");
+                }
+            }
         }
     }
 }
@@ -214,13 +218,22 @@ const HARD: [f32; 16] = [
 unsafe fn operations<L: Lanes>(shift: usize) -> Vec<u32> {
     let turned = |by: usize| -> [f32; 16] { std::array::from_fn(|k| HARD[(k + by) % 16]) };
     let (a, b, c) = (turned(0), turned(shift), turned(2 * shift));
-    let mut out = [[0.0f32; 16]; 8];
+    let mut out = [[0.0f32; 16]; 9];
     for k in (0..16).step_by(L::WIDTH) {
         // SAFETY: the features are the caller's promise, and k + WIDTH ≤ 16.
         unsafe {
             let [a, b, c] = [&a, &b, &c].map(|values| L::load(values.as_ptr().add(k)));
-            let results =
-                [a.add(b), a.sub(b), a.mul(b), a.div(b), a.sqrt(), a.mul_add(b, c), a.relu(), a.flush()];
+            let results = [
+                a.add(b),
+                a.sub(b),
+                a.mul(b),
+                a.div(b),
+                a.sqrt(),
+                a.mul_add(b, c),
+                a.relu(),
+                a.flush(),
+                a.where_positive(b),
+            ];
             for (result, out) in results.into_iter().zip(&mut out) {
                 result.store(out.as_mut_ptr().add(k));
             }

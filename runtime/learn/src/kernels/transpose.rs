@@ -1,5 +1,6 @@
 //! From rows to panels and back.
 
+use super::lanes::Lanes;
 use super::storage::{BLOCK, Panels, Rows};
 
 /// Copies a batch into panels.
@@ -11,22 +12,37 @@ pub(crate) fn to_panels(rows: &Rows, panels: &mut Panels) {
     }
 }
 
-/// The gradient through a ReLU, in both layouts: `d` becomes 0 where `h`, the ReLU's output, is not
-/// positive, and `d_rows` becomes the same as `d`.
-pub(crate) fn through_relu(h: &Rows, d: &mut Panels, d_rows: &mut Rows) {
-    assert_eq!((h.features(), h.features()), (d.features(), d_rows.features()));
-    d_rows.set_rows(h.rows());
-    let features = h.features();
-    for first in (0..h.rows()).step_by(BLOCK) {
-        let samples = BLOCK.min(h.rows() - first);
-        let panel = d.panel_mut(first / BLOCK);
-        for sample in 0..samples {
-            let h = h.row(first + sample);
-            let d_row = d_rows.row_mut(first + sample);
-            for feature in 0..features {
-                let d = &mut panel[feature * BLOCK + sample];
-                *d = if h[feature] > 0.0 { *d } else { 0.0 };
-                d_row[feature] = *d;
+/// Operands of [`through_relu`], for one panel; all hold whole blocks of features and of samples.
+pub(super) struct ThroughRelu {
+    /// `[BLOCK][stride]`
+    pub(super) h: *const f32,
+    /// `[stride][BLOCK]`
+    pub(super) d: *mut f32,
+    /// `[BLOCK][stride]`
+    pub(super) d_rows: *mut f32,
+    pub(super) stride: usize,
+}
+
+/// `d` becomes 0 where `h` is not positive, and `d_rows` becomes the same as `d`.
+///
+/// # Safety
+///
+/// The CPU has the features of `L`; all three are valid for [`BLOCK`] samples of `stride` features, a
+/// multiple of [`BLOCK`], and do not overlap.
+#[inline(always)]
+pub(super) unsafe fn through_relu<L: Lanes>(a: &ThroughRelu) {
+    for feature in (0..a.stride).step_by(L::WIDTH) {
+        for sample in (0..BLOCK).step_by(L::WIDTH) {
+            // SAFETY: the tile of WIDTH × WIDTH floats lies within all three.
+            unsafe {
+                let row = sample * a.stride + feature;
+                let (tile, tile_rows) = (a.d.add(feature * BLOCK + sample), a.d_rows.add(row));
+                L::transpose(tile, BLOCK, tile_rows, a.stride);
+                for k in 0..L::WIDTH {
+                    let to = tile_rows.add(k * a.stride);
+                    L::load(to).where_positive(L::load(a.h.add(row + k * a.stride))).store(to);
+                }
+                L::transpose(tile_rows, a.stride, tile, BLOCK);
             }
         }
     }
