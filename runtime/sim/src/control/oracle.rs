@@ -5,14 +5,13 @@
 //!
 //! For a point the best step is exact: the way to the slot in one time step, clipped on each axis. For a
 //! unicycle the step itself is tried out. If the dead-beat command, corrected a few times by what it misses,
-//! reaches the slot, it is the best. If not, a pattern search begins at the best command of a grid, once among
-//! those that turn left and once among those that turn right, and finds the command whose step ends closest,
-//! to about 1e-4 m.
+//! reaches the slot, it is the best. If not, pattern searches from the best commands of a grid find the one
+//! whose step ends closest, to better than 1e-4 m.
 
 use super::{Aims, Controller};
 use crate::body::Body;
 use crate::episode::Episode;
-use crate::maths::{Vec2, add, clamp_axes, cross, divide, norm, rotate, subtract};
+use crate::maths::{Vec2, add, clamp_axes, divide, norm, rotate, subtract};
 use crate::script::move_scripted;
 use crate::task::Task;
 
@@ -58,14 +57,17 @@ impl Controller for Clairvoyant {
 /// Good enough, m.
 const CLOSE_M: f64 = 1e-6;
 /// The pattern search ends when its steps would move the agent less than this, m.
-const FINEST_M: f64 = 2e-5;
+const FINEST_M: f64 = 5e-5;
 /// Commands on each axis of the grid.
-const GRID: usize = 9;
+const GRID: usize = 5;
+/// Searches, from the best commands of the grid: where the limits of the wheels bind, there are several
+/// commands that are better than all around them.
+const STARTS: usize = 5;
 /// The pattern turns by this many rad each time, so that no direction is left out: the limits of the wheels
 /// make ridges that run anywhere.
 const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 /// The pattern shrinks after so many failures.
-const PATIENCE: usize = 3;
+const PATIENCE: usize = 2;
 /// Corrections of the dead-beat command.
 const CORRECTIONS: usize = 4;
 
@@ -85,18 +87,15 @@ fn best(task: &Task, episode: &Episode, agent: usize, slot: Vec2) -> Vec2 {
         }
         command = clamp_axes(add(command, divide(rest, task.dt_s)), limits);
     }
-    let ahead = rotate([1.0, 0.0], pose.heading);
     let miss = |command| norm(missing(command));
-    let search = |side: f64| {
-        let mut search = Search { miss, limits, best: command, least: f64::INFINITY };
-        for begin in grid(limits).chain([command]).filter(|&begin| side * cross(ahead, begin) >= 0.0) {
-            search.offer(begin);
-        }
+    let mut starts: Vec<Search<_>> =
+        grid(limits).chain([command]).map(|best| Search { miss, limits, best, least: miss(best) }).collect();
+    starts.sort_by(|a, b| a.least.total_cmp(&b.least));
+    starts.truncate(STARTS);
+    for search in &mut starts {
         search.run(FINEST_M / task.dt_s);
-        search
-    };
-    let (left, right) = (search(1.0), search(-1.0));
-    if left.least <= right.least { left.best } else { right.best }
+    }
+    starts.iter().min_by(|a, b| a.least.total_cmp(&b.least)).map_or(command, |search| search.best)
 }
 
 /// Commands spread evenly between the limits.

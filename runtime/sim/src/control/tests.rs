@@ -73,6 +73,38 @@ fn the_clairvoyant_leaves_no_error_within_its_reach() {
     }
 }
 
+/// The slot lies behind to the right, and the wheels hardly turn. At the corner of the limits it runs backwards
+/// fastest but turns left; the best command turns right and is slower. (Found on a grid of 401 by 401 commands.)
+#[test]
+fn the_oracle_finds_the_better_of_two_valleys() {
+    let mut body = sample::unicycle();
+    body.settings.insert("turn".into(), Setting::Range(-0.2, 0.2));
+    body.settings.insert("rate".into(), Setting::Number(10.0));
+    body.settings.insert("drive".into(), Setting::Range(-0.745_638, 0.745_638));
+    let (task, mut episode) = chase(body, 0);
+    episode.agents.position[0] = [0.0, 0.0];
+    task.refresh_slots(&mut episode);
+    let position = [-0.078_759_789_972, 0.533_389_718_873];
+    episode.set_pose(2, crate::body::Pose { position, heading: 1.118_485_232_122 });
+    let (slots, _) = stepped("oracle", &task, &mut episode);
+    let miss = distance(episode.position(2), slots[1]);
+    assert!(miss < 0.912_831 + 1e-4, "{miss} m; at the corner it is 0.913419 m");
+}
+
+#[test]
+fn agents_steer_to_the_slot_of_their_own_formation() {
+    let mut world = sample::unison(sample::point());
+    world.groups.push(sample::group("pair", 2, sample::point(), Control::Learned, Some(vector(0.0, 0.0))));
+    let slots = Slots::List(vec![vector(0.05, 0.0), vector(0.0, 0.05)]);
+    world.formations.push(Formation { group: 2, slots, ..world.formations[0].clone() });
+    let task = sample::task(world);
+    let mut episode = task.episode();
+    task.reset(&mut episode, EpisodeKey::default()).unwrap();
+    stepped("oracle", &task, &mut episode);
+    assert!(distance(episode.position(4), [0.05, 0.0]) < 1e-8);
+    assert!(distance(episode.position(5), [0.0, 0.05]) < 1e-8);
+}
+
 #[test]
 fn the_proportional_controller_commands_gain_times_the_way() {
     let (task, mut episode) = chase(sample::point(), 2);

@@ -209,6 +209,19 @@ fn an_episode_is_a_function_of_its_key() {
 }
 
 #[test]
+fn agents_draw_independently_of_each_other() {
+    let mut world = sample::unison(sample::unicycle());
+    world.groups.push(group("stray", 2, sample::point(), random_velocity(), Some(vector(0.0, 0.0))));
+    let task = task(world);
+    let mut episode = began(&task, KEY);
+    let ways = [0, 1, 2].map(|k| subtract(episode.position(1 + k), episode.slots()[k]));
+    assert!(distance(ways[0], ways[1]) > 1e-3 && distance(ways[1], ways[2]) > 1e-3);
+    assert_ne!(episode.heading(1), episode.heading(2));
+    task.step(&mut episode, &[0.0; 6], Mode::Train);
+    assert_ne!(episode.position(4), episode.position(5));
+}
+
+#[test]
 fn a_used_episode_is_as_good_as_a_new_one() {
     let mut world = sample::unison(sample::unicycle());
     world.groups[0].control = random_velocity();

@@ -290,20 +290,19 @@ fn a_rule_gives_each_member_its_number() {
     assert_eq!(episode.slots(), [[-0.5, 3.0], [-1.0, 3.0], [-1.5, 3.0]]);
 }
 
-/// A shape that turns with the leader's path: displacements may change and use index variables of their own.
+/// Displacements may change, and use index variables of their own.
 #[test]
 fn a_formation_may_change_with_time() {
     let mut world = sample::unison(sample::point());
-    let count = sample::reduce(Reduction::Sum, &[7], IndexSet::All, Expr::Time);
-    world.formations[0].slots = Slots::Rule(Expr::Vector(Box::new(Expr::Time), Box::new(count)));
+    let sum = sample::reduce(Reduction::Sum, &[7], IndexSet::All, Expr::Time);
+    world.formations[0].slots = Slots::Rule(Expr::Vector(Box::new(Expr::Time), Box::new(sum)));
+    let miss = sample::distance(Expr::Slot(0, AgentRef::Var(0)), position(AgentRef::Var(0)));
+    world.reward[0].value = sample::reduce(Reduction::Sum, &[0], IndexSet::Group(1), miss);
     let task = sample::task(world);
     let mut episode = task.episode();
     task.reset(&mut episode, EpisodeKey::default()).unwrap();
-    for agent in 1..4 {
-        episode.agents.position[agent] = [0.5, 0.0];
-    }
+    episode.agents.position = vec![[0.0, 0.0], [0.1, 1.4], [0.1, 2.4], [0.1, 3.4]];
     task.step(&mut episode, &[0.0; 6], crate::Mode::Train);
-    let slot = [0.1, 0.1 + 0.1 + 0.1 + 0.1];
-    assert_eq!(episode.slots(), [slot; 3]);
-    assert_eq!(episode.terms()[0], -3.0 * crate::maths::distance([0.5, 0.0], slot));
+    assert_eq!(episode.slots(), [[0.1, 0.4]; 3]);
+    assert!((episode.terms()[0] - 6.0).abs() < 1e-12, "{:?}", episode.terms());
 }
