@@ -1,32 +1,39 @@
 //! The scenario as one kind of episode sees it: as trained, or with the changes of a protocol.
 
-use std::collections::BTreeMap;
+use std::cell::Cell;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::constant::{Constant, Constants};
 use crate::hir::{Change, Control, Expr, Hir, Protocol, Slots, World};
-use crate::inline::{Inliner, Refusal, Value};
-use crate::plan::{self, Area, ParamId, Setting};
+use crate::inline::{Inliner, Refusal, Value, group_of as group_of_set};
+use crate::plan::{self, AgentRef, Area, GroupId, ParamId, Setting};
 
-pub struct Case {
+pub struct Case<'s> {
     pub world: World,
     pub constants: Constants,
     /// Parameters that differ from those of training.
     pub folded: BTreeMap<ParamId, f64>,
+    /// Nodes inlined so far, over all cases.
+    spent: &'s Cell<usize>,
 }
 
-impl Case {
-    pub fn training(hir: &Hir) -> Case {
-        Case::new(hir, &[])
+impl<'s> Case<'s> {
+    pub fn training(hir: &Hir, spent: &'s Cell<usize>) -> Case<'s> {
+        Case::new(hir, &[], spent)
     }
 
-    pub fn of(hir: &Hir, protocol: &Protocol) -> Case {
+    pub fn of(hir: &Hir, protocol: &Protocol, spent: &'s Cell<usize>) -> Case<'s> {
         let changes: Vec<&Change> = protocol.changes.iter().map(|change| &change.node).collect();
-        Case::new(hir, &changes)
+        Case::new(hir, &changes, spent)
     }
 
-    fn new(hir: &Hir, changes: &[&Change]) -> Case {
-        let mut case =
-            Case { world: hir.world.clone(), constants: Constants::default(), folded: BTreeMap::new() };
+    fn new(hir: &Hir, changes: &[&Change], spent: &'s Cell<usize>) -> Case<'s> {
+        let mut case = Case {
+            world: hir.world.clone(),
+            constants: Constants::default(),
+            folded: BTreeMap::new(),
+            spent,
+        };
         for (id, param) in hir.params.iter().enumerate() {
             let chosen = changes.iter().rev().find_map(|change| match change {
                 Change::Param(changed, value) if *changed == id => Some(value),
@@ -73,7 +80,7 @@ impl Case {
     }
 
     pub fn inliner(&self) -> Inliner<'_> {
-        Inliner::new(&self.world, &self.folded)
+        Inliner::new(&self.world, &self.folded, self.spent)
     }
 
     pub fn value(&self, expr: &Expr) -> Result<Value, Refusal> {
@@ -121,6 +128,34 @@ impl Case {
             },
             Value::Agent(..) | Value::Area(_) => return None,
         })
+    }
+
+    /// The groups whose positions an expression in the settings of a group depends on.
+    pub fn groups_in(&self, expr: &plan::Expr, member_of: GroupId, found: &mut BTreeSet<GroupId>) {
+        let group_of = |agent: usize| {
+            let mut next = 0;
+            self.world.groups.iter().position(|group| {
+                next += group.size;
+                agent < next
+            })
+        };
+        match expr {
+            plan::Expr::Agent(_, AgentRef::Member) => drop(found.insert(member_of)),
+            plan::Expr::Agent(_, AgentRef::Fixed(agent)) => found.extend(group_of(*agent)),
+            // Of a set, which is seen where the variable is bound.
+            plan::Expr::Agent(_, AgentRef::Var(_)) => {}
+            plan::Expr::Slot(formation, _) => {
+                found.extend(self.world.formations.get(*formation).map(|formation| formation.about));
+            }
+            plan::Expr::Reduce { over, .. } => match group_of_set(over) {
+                Some(group) => drop(found.insert(group)),
+                None => found.extend(0..self.world.groups.len()),
+            },
+            _ => {}
+        }
+        for part in expr.parts() {
+            self.groups_in(part, member_of, found);
+        }
     }
 
     /// Displacements of a formation's members, where they are constant.

@@ -20,6 +20,7 @@ pub(crate) mod settings;
 pub mod units;
 pub(crate) mod value;
 
+use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -27,7 +28,7 @@ use crate::ast::{ExprAt, Item, Name, Span};
 use crate::constant::Constants;
 use crate::hir::{self, Expr, Hir, Kind, Type};
 use crate::plan::{FormationId, GroupId, ParamId, VarId};
-use crate::problem::{Code, Problem, Problems};
+use crate::problem::{Code, Problem, Problems, did_you_mean};
 use crate::resolve::{ItemId, Program};
 use crate::source::Sources;
 
@@ -57,6 +58,7 @@ pub fn check(
         seen: Seen::default(),
         used: BTreeSet::new(),
         next_var: 0,
+        spent: Cell::new(0),
         level: 0,
         told: BTreeSet::new(),
     };
@@ -72,10 +74,14 @@ pub fn check(
     checker.learning();
     checker.protocols();
     checker.claims();
-    checker.unused();
+    checker.heading();
     checker.feasible();
+    checker.unused();
     (checker.hir, checker.units)
 }
+
+/// Problems after which nothing is suggested any more.
+const PATIENCE: usize = 50;
 
 struct Checker<'a> {
     program: &'a Program,
@@ -89,6 +95,8 @@ struct Checker<'a> {
     /// Names of `use`s and parameters that something refers to.
     used: BTreeSet<Span>,
     next_var: VarId,
+    /// Nodes inlined so far.
+    spent: Cell<usize>,
     /// Depth of the expression being checked.
     level: usize,
     /// Settings are checked for each method and evaluation they count for.
@@ -119,8 +127,7 @@ struct Scope {
     module: usize,
     /// Dimension variables of the function around.
     generics: Vec<String>,
-    /// The innermost last.
-    locals: Vec<(String, Kind, Type)>,
+    locals: Locals,
     /// Whether values may be drawn here.
     draws: bool,
     /// Whether something was drawn, or a draw was refused.
@@ -131,16 +138,52 @@ struct Scope {
 
 impl Scope {
     fn of(module: usize) -> Scope {
-        Scope { module, generics: Vec::new(), locals: Vec::new(), draws: false, drawn: false, target: None }
+        Scope {
+            module,
+            generics: Vec::new(),
+            locals: Locals::default(),
+            draws: false,
+            drawn: false,
+            target: None,
+        }
     }
 
     fn local(&self, name: &str) -> Option<(Kind, Type)> {
-        let found = self.locals.iter().rev().find(|local| local.0 == name);
-        found.map(|(_, kind, type_)| (kind.clone(), type_.clone()))
+        self.locals.by_name.get(name)?.last().cloned()
     }
 
     fn add(&mut self, name: &str, kind: Kind, type_: Type) {
-        self.locals.push((name.to_owned(), kind, type_));
+        self.locals.order.push(name.to_owned());
+        self.locals.by_name.entry(name.to_owned()).or_default().push((kind, type_));
+    }
+}
+
+/// Names inside an expression or a body. Of equal names the last counts.
+#[derive(Clone, Debug, Default)]
+struct Locals {
+    order: Vec<String>,
+    by_name: BTreeMap<String, Vec<(Kind, Type)>>,
+}
+
+impl Locals {
+    fn len(&self) -> usize {
+        self.order.len()
+    }
+
+    /// Forgets all but the first names.
+    fn truncate(&mut self, length: usize) {
+        for name in self.order.drain(length.min(self.order.len())..) {
+            if let Some(same) = self.by_name.get_mut(&name) {
+                same.pop();
+                if same.is_empty() {
+                    self.by_name.remove(&name);
+                }
+            }
+        }
+    }
+
+    fn names(&self) -> impl Iterator<Item = &str> {
+        self.by_name.keys().map(String::as_str)
     }
 }
 
@@ -156,6 +199,20 @@ impl<'a> Checker<'a> {
     fn poison(&mut self, at: Span, problem: Problem) -> Expr {
         self.report(problem);
         Expr::poison(at)
+    }
+
+    /// What was likely meant by a name. A file full of mistakes is not searched again and again.
+    fn meant<'n>(&self, name: &str, known: impl IntoIterator<Item = &'n str>) -> Option<String> {
+        if self.told.len() > PATIENCE { None } else { did_you_mean(name, known) }
+    }
+
+    /// Whether there are no more of something than a scenario could need; reports if there are.
+    fn few(&mut self, what: &str, number: usize, most: usize, at: Span) -> bool {
+        if number > most {
+            let message = format!("there are {number} {what}; at most {most} are possible");
+            self.report(Problem::error(&value::TOO_LARGE, message).at(at, ""));
+        }
+        number <= most
     }
 
     fn number_items(&mut self) {
@@ -185,8 +242,8 @@ impl<'a> Checker<'a> {
         let main = self.program.main;
         self.program.items().filter(move |(id, _)| id.module == main)
     }
-    /// The scenario's name, and warnings about what nothing refers to.
-    fn unused(&mut self) {
+    /// The scenario's name and comment.
+    fn heading(&mut self) {
         let found = self.only("scenario", |item| match item {
             Item::Scenario(name) => Some(name),
             _ => None,
@@ -202,7 +259,10 @@ impl<'a> Checker<'a> {
                 );
             }
         }
-        // What is wrong elsewhere may be why nothing refers to them.
+    }
+
+    /// Warnings about what nothing refers to. What is wrong elsewhere may be why.
+    fn unused(&mut self) {
         if self.problems.has_errors() {
             return;
         }

@@ -6,7 +6,7 @@ use crate::{check, lower, parse, resolve};
 /// All codes.
 pub const ALL: &[&Code] = &[
     &check::UNUSED,
-    &check::agents::START_ORDER,
+    &check::feasible::START_ORDER,
     &check::agents::UNUSED_START,
     &check::arithmetic::BAD_EXPONENT,
     &check::arithmetic::BAD_OPERANDS,

@@ -236,6 +236,14 @@ pub struct Group {
     pub span: Span,
 }
 
+impl Group {
+    /// Whether its motion tells where it is, also at the beginning.
+    pub fn gives_positions(&self) -> bool {
+        matches!(&self.control, Some(Control::Motion(motion))
+            if matches!(motion.what.output, Some(Output::Position(_))))
+    }
+}
+
 #[derive(Clone, Debug)]
 pub enum Control {
     Learned,
@@ -340,6 +348,15 @@ impl Expr {
     /// Stands for something that a problem was reported for.
     pub fn poison(span: Span) -> Expr {
         Expr { kind: Kind::Poison, type_: Type::Poison, span, depth: 1 }
+    }
+
+    /// So that copies are cheap.
+    pub fn shared(self) -> Expr {
+        if self.depth <= 2 {
+            return self;
+        }
+        let (type_, span, depth) = (self.type_.clone(), self.span, self.depth + 1);
+        Expr { kind: Kind::Let(Arc::new(self)), type_, span, depth }
     }
 
     pub fn is_poison(&self) -> bool {

@@ -1,13 +1,14 @@
 //! Typed expressions to expressions of the Plan: calls, lets and arguments are replaced by what they stand for.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 
 use crate::ast::Span;
 use crate::hir::{Draw, Expr, Function, Kind, OwnSetting, Part, World};
 use crate::plan::{self, AgentRef, Binder, Distribution, GroupId, IndexSet, ParamId, VarId};
 
-/// Nodes of an expression after inlining, at most.
-const LARGEST: usize = 100_000;
+/// Nodes of all expressions together after inlining, at most.
+const LARGEST: usize = 1_000_000;
 
 /// What an expression comes to.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,17 +35,7 @@ impl Value {
 }
 
 fn nodes(expr: &plan::Expr) -> usize {
-    use plan::Expr as E;
-    1 + match expr {
-        E::Vector(a, b) | E::Binary(_, a, b) => nodes(a) + nodes(b),
-        E::Unary(_, a) => nodes(a),
-        E::Call(_, args) => args.iter().map(nodes).sum(),
-        E::If { condition, then, otherwise } => nodes(condition) + nodes(then) + nodes(otherwise),
-        E::Reduce { filter, body, .. } => filter.as_deref().map_or(0, nodes) + nodes(body),
-        E::Draw { distribution: Distribution::Uniform { low: a, high: b }, .. } => nodes(a) + nodes(b),
-        E::Draw { distribution: Distribution::Normal { mean: a, deviation: b }, .. } => nodes(a) + nodes(b),
-        _ => 0,
-    }
+    1 + expr.parts().into_iter().map(nodes).sum::<usize>()
 }
 
 /// Why there is no value.
@@ -52,7 +43,7 @@ fn nodes(expr: &plan::Expr) -> usize {
 pub enum Refusal {
     /// A problem was reported for a part of it.
     Poison,
-    /// More than [`LARGEST`] nodes.
+    /// Too many nodes.
     TooLarge,
     /// The slot of an agent that is not in the formation.
     ForeignSlot(Span),
@@ -66,12 +57,13 @@ pub struct Inliner<'h> {
     vars: BTreeMap<VarId, (VarId, Option<GroupId>)>,
     next_var: VarId,
     next_site: usize,
-    nodes: usize,
+    /// Nodes so far, also of other inliners.
+    spent: &'h Cell<usize>,
 }
 
 impl<'h> Inliner<'h> {
-    pub fn new(world: &'h World, folded: &'h BTreeMap<ParamId, f64>) -> Self {
-        Inliner { world, folded, vars: BTreeMap::new(), next_var: 0, next_site: 0, nodes: 0 }
+    pub fn new(world: &'h World, folded: &'h BTreeMap<ParamId, f64>, spent: &'h Cell<usize>) -> Self {
+        Inliner { world, folded, vars: BTreeMap::new(), next_var: 0, next_site: 0, spent }
     }
 
     /// An expression that is a number, a vector or a truth value.
@@ -93,10 +85,7 @@ impl<'h> Inliner<'h> {
 
     /// Any expression. `args` are those of the function, motion or shape around.
     pub fn value(&mut self, expr: &Expr, args: &[Value]) -> Result<Value, Refusal> {
-        self.nodes += 1;
-        if self.nodes > LARGEST {
-            return Err(Refusal::TooLarge);
-        }
+        self.spend(1)?;
         use plan::Expr as E;
         Ok(Value::Expr(match &expr.kind {
             Kind::Poison => return Err(Refusal::Poison),
@@ -189,10 +178,15 @@ impl<'h> Inliner<'h> {
         }))
     }
 
+    fn spend(&self, nodes: usize) -> Result<(), Refusal> {
+        self.spent.set(self.spent.get().saturating_add(nodes));
+        if self.spent.get() > LARGEST { Err(Refusal::TooLarge) } else { Ok(()) }
+    }
+
     fn argument(&mut self, value: Option<&Value>) -> Result<Value, Refusal> {
         let value = value.ok_or(Refusal::Poison)?;
-        self.nodes = self.nodes.saturating_add(value.exprs().into_iter().map(nodes).sum());
-        if self.nodes > LARGEST { Err(Refusal::TooLarge) } else { Ok(value.clone()) }
+        self.spend(value.exprs().into_iter().map(nodes).sum())?;
+        Ok(value.clone())
     }
 
     fn call(&mut self, function: &Function, of: &[Expr], args: &[Value]) -> Result<Value, Refusal> {

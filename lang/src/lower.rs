@@ -1,5 +1,6 @@
 //! From the typed scenario to what runs: `Hir → Plan`. Calls are inlined, settings become numbers.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 
 use crate::ast::Span;
@@ -20,15 +21,16 @@ const SEEDS: usize = 10;
 
 /// A checked scenario's Plan; `None` if something could not be lowered, which is reported.
 pub fn lower(hir: &Hir, units: &Units, sources: &Sources, problems: &mut Problems) -> Option<Plan> {
-    let case = Case::training(hir);
+    let spent = Cell::new(0);
+    let case = Case::training(hir, &spent);
     let mut lower = Lower { hir, units, sources, case: &case, problems };
-    let world = lower.world();
-    let params = hir.params.iter().map(|param| lower.param(param)).collect::<Option<_>>();
-    let learners = hir.learners.iter().map(|method| lower.method(method)).collect::<Option<_>>();
-    let controllers = hir.controllers.iter().map(|method| lower.method(method)).collect::<Option<_>>();
+    let world = lower.world()?;
+    let params = hir.params.iter().map(|param| lower.param(param)).collect::<Option<_>>()?;
+    let learners = hir.learners.iter().map(|method| lower.method(method)).collect::<Option<_>>()?;
+    let controllers = hir.controllers.iter().map(|method| lower.method(method)).collect::<Option<_>>()?;
     let seeds = match &hir.seeds {
-        Some(seeds) => lower.number(seeds).map(|seeds| seeds as usize),
-        None => Some(SEEDS),
+        Some(seeds) => lower.number(seeds)? as usize,
+        None => SEEDS,
     };
     let claims = hir.claims.iter().map(|claim| Claim {
         text: claim.text.clone(),
@@ -36,10 +38,9 @@ pub fn lower(hir: &Hir, units: &Units, sources: &Sources, problems: &mut Problem
         at: sources.place(claim.span),
     });
     let claims = claims.collect();
-    let world = world?;
     let mut protocols = Vec::new();
     for protocol in &hir.protocols {
-        let case = Case::of(hir, protocol);
+        let case = Case::of(hir, protocol, &spent);
         let mut lower = Lower { hir, units, sources, case: &case, problems };
         let episodes = lower.number(&protocol.episodes)? as usize;
         let changed = if protocol.changes.is_empty() { None } else { Some(Box::new(lower.world()?)) };
@@ -53,11 +54,11 @@ pub fn lower(hir: &Hir, units: &Units, sources: &Sources, problems: &mut Problem
     Some(Plan {
         name: hir.name.clone(),
         doc: hir.doc.clone(),
-        params: params?,
+        params,
         world,
-        learners: learners?,
-        controllers: controllers?,
-        seeds: seeds?,
+        learners,
+        controllers,
+        seeds,
         protocols,
         claims,
     })
@@ -67,7 +68,7 @@ struct Lower<'a> {
     hir: &'a Hir,
     units: &'a Units,
     sources: &'a Sources,
-    case: &'a Case,
+    case: &'a Case<'a>,
     problems: &'a mut Problems,
 }
 

@@ -465,6 +465,25 @@ impl World {
     }
 }
 
+impl Expr {
+    /// The expressions directly inside.
+    pub fn parts(&self) -> Vec<&Expr> {
+        match self {
+            Expr::Vector(a, b) | Expr::Binary(_, a, b) => vec![a, b],
+            Expr::Unary(_, a) => vec![a],
+            Expr::Call(_, args) => args.iter().collect(),
+            Expr::If { condition, then, otherwise } => vec![condition, then, otherwise],
+            Expr::Reduce { filter, body, .. } => filter.as_deref().into_iter().chain([&**body]).collect(),
+            Expr::Draw { distribution, .. } => match distribution {
+                Distribution::Uniform { low, high } => vec![low, high],
+                Distribution::Normal { mean, deviation } => vec![mean, deviation],
+                Distribution::UnitDisc => Vec::new(),
+            },
+            _ => Vec::new(),
+        }
+    }
+}
+
 /// Nesting of a Plan in RON, at most; the compiler's limit on expressions stays far below.
 const RON_DEPTH: usize = 1000;
 

@@ -17,8 +17,9 @@ impl SourceFile {
         let byte = byte.min(self.text.len());
         let line = self.line_starts.partition_point(|&start| start <= byte);
         let start = line.checked_sub(1).and_then(|before| self.line_starts.get(before)).copied().unwrap_or(0);
-        let column =
-            self.text.char_indices().skip_while(|&(at, _)| at < start).take_while(|&(at, _)| at < byte);
+        // Bytes that begin a character.
+        let before = self.text.as_bytes().get(start..byte).unwrap_or_default();
+        let column = before.iter().filter(|&&byte| byte & 0xc0 != 0x80);
         (line, column.count() + 1)
     }
 }

@@ -5,10 +5,10 @@ use super::fits::Wanted;
 use super::settings::{GIVEN_TWICE, MISSING};
 use super::value::OUT_OF_RANGE;
 use super::{Checker, Scope};
-use crate::ast::{self, AgentsDecl, Assignment, Call, ExprAt, Item, Span};
+use crate::ast::{self, AgentsDecl, Assignment, Call, ExprAt, Item};
 use crate::dim::Substitution;
 use crate::hir::{Called, Control, Expr, Extern, Kind, Motion, Output, OwnSetting, Type};
-use crate::plan::{GroupId, IndexSet};
+use crate::plan::GroupId;
 use crate::problem::{Code, Problem};
 use crate::resolve::Space;
 
@@ -20,6 +20,11 @@ const SETTINGS: [&str; 5] = ["arena", "speed", "control", "motion", "start"];
 impl<'a> Checker<'a> {
     /// How many each group has, which everything else refers to.
     pub fn group_sizes(&mut self) {
+        let (groups, formations) = (self.ids.groups.len(), self.ids.formations.len());
+        if let Some(last) = self.hir.world.groups.last().map(|group| group.span) {
+            self.few("groups", groups, super::declare::MOST, last);
+            self.few("formations", formations, super::declare::MOST, last);
+        }
         for (id, item) in self.main_items() {
             let Item::Agents(decl) = &item.node else { continue };
             let size = match &decl.size {
@@ -59,7 +64,6 @@ impl<'a> Checker<'a> {
             let problem = Problem::error(&MISSING, "no agent learns").at(self.anywhere(), "in this scenario");
             self.report(problem.help("give a group `control = learned`"));
         }
-        self.start_order();
     }
 
     /// Whether it learns, or would if it had no mistakes.
@@ -247,53 +251,6 @@ impl<'a> Checker<'a> {
         let point = Type::Vector(self.units.base("length"));
         self.fits(value, &point, &Wanted::by("`start`"), &[], &mut Default::default())
     }
-
-    /// A start may refer to agents that are placed before.
-    fn start_order(&mut self) {
-        let mut problems = Vec::new();
-        for (group, own) in self.hir.world.groups.iter().enumerate() {
-            if let Some(start) = &own.start
-                && let Some((at, other)) = self.placed_later(group, start)
-                && let Some(other) = self.hir.world.groups.get(other)
-            {
-                let message = format!("`{}` starts before `{}` has a place", own.name, other.name);
-                let problem = Problem::error(&START_ORDER, message).at(at, "not placed yet");
-                problems.push(match own.name == other.name {
-                    true => problem.help("refer to other groups only, and keep distances by `require`"),
-                    false => problem
-                        .with(other.span, "declared later")
-                        .help(format!("declare `{}` before `{}`", other.name, own.name)),
-                });
-            }
-        }
-        problems.into_iter().for_each(|problem| self.report(problem));
-    }
-
-    /// Where an expression refers to a group that is placed after `group` or with it.
-    fn placed_later(&self, group: GroupId, expr: &Expr) -> Option<(Span, GroupId)> {
-        let later = |other: GroupId| {
-            let positions = self.hir.world.groups.get(other).is_some_and(|other| {
-                matches!(&other.control, Some(Control::Motion(motion))
-                    if matches!(motion.what.output, Some(Output::Position(_))))
-            });
-            other >= group && !positions
-        };
-        let found = match &expr.kind {
-            Kind::Slot(formation, _) => {
-                // The member's own place depends on the agent that the formation is about.
-                let about = self.hir.world.formations.get(*formation)?.about;
-                return later(about).then_some((expr.span, about));
-            }
-            Kind::Member(own) | Kind::Fixed(own, _) => Some(*own),
-            Kind::Reduce { over, .. } => match &over.set {
-                IndexSet::Group(other) => Some(*other),
-                _ => Some(self.hir.world.groups.len().saturating_sub(1)),
-            },
-            _ => None,
-        };
-        let here = found.filter(|&other| later(other)).map(|other| (expr.span, other));
-        here.or_else(|| expr.children().into_iter().find_map(|child| self.placed_later(group, child)))
-    }
 }
 
 pub const UNUSED_START: Code = Code {
@@ -301,14 +258,4 @@ pub const UNUSED_START: Code = Code {
     explain: "\
 A motion that gives positions tells where its agent is from the beginning, so the group's `start` has no effect in
 training. (An evaluation may replace the motion by one that gives velocities; then the start counts.)",
-};
-
-pub const START_ORDER: Code = Code {
-    name: "start-order",
-    explain: "\
-Agents are placed in the order of their declarations, so a start can refer to agents declared above only.
-
-    agent follower : point { start ~ near(p[leader], 0.5 m) … }     // wrong if the leader comes later
-
-Agents whose motion gives positions are placed first.",
 };

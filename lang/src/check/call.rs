@@ -8,7 +8,7 @@ use crate::ast::{Argument, Call, Item, Span};
 use crate::dim::{Dim, Substitution};
 use crate::hir::{self, Bound, Draw, Expr, Kind, Parameter, Type};
 use crate::plan::{Function as BuiltIn, Quantity};
-use crate::problem::{Code, Problem, did_you_mean};
+use crate::problem::{Code, Problem};
 use crate::resolve::{Space, listed};
 
 /// A function or distribution as its callers see it.
@@ -106,7 +106,7 @@ impl<'a> Checker<'a> {
             let item = entry.and_then(|entry| self.program.item(entry.id));
             item.is_some_and(|item| matches!(item.node, Item::Function(_)))
         });
-        match (did_you_mean(name, functions), crate::resolve::standard_home(name)) {
+        match (self.meant(name, functions), crate::resolve::standard_home(name)) {
             (Some(meant), _) => problem.help(format!("did you mean `{meant}`?")),
             (None, Some(path)) => problem.help(format!("the standard library has one: `use {path}.{name}`")),
             (None, None) => problem,
@@ -253,7 +253,7 @@ impl<'a> Checker<'a> {
                 }
                 let problem = Problem::error(&BAD_ARGUMENTS, format!("`{what}` has no `{}`", name.node))
                     .at(name.span, "");
-                match (did_you_mean(&name.node, names()), params) {
+                match (self.meant(&name.node, names()), params) {
                     (Some(meant), _) => problem.help(format!("did you mean `{meant}`?")),
                     (None, []) => problem.help(format!("`{what}` takes no arguments")),
                     (None, _) => problem.help(format!("it has {}", listed(names()))),

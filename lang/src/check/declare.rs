@@ -10,8 +10,11 @@ use crate::ast::{self, FunctionDecl, Item, LetDecl, Spanned, TypeExpr};
 use crate::dim::Dim;
 use crate::hir::{self, Draw, Expr, Kind, Parameter, Type};
 use crate::plan::{Function as BuiltIn, Quantity};
-use crate::problem::{Code, Problem, did_you_mean};
+use crate::problem::{Code, Problem};
 use crate::resolve::{ItemId, Space};
+
+/// Parameters or states of a declaration, groups and formations of a scenario, at most.
+pub const MOST: usize = 1000;
 
 impl<'a> Checker<'a> {
     /// The scenario's parameters, with the values that overrides give them.
@@ -76,7 +79,7 @@ impl<'a> Checker<'a> {
                     format!("the scenario has no parameter `{}`", chosen.name.node),
                 )
                 .at(chosen.name.span, "");
-                let help = match did_you_mean(&chosen.name.node, names.clone()) {
+                let help = match self.meant(&chosen.name.node, names.clone()) {
                     Some(meant) => format!("did you mean `{meant}`?"),
                     None if self.hir.params.is_empty() => "it has none at all".to_owned(),
                     None => format!("it has {}", crate::resolve::listed(names)),
@@ -109,6 +112,7 @@ impl<'a> Checker<'a> {
             Some(type_) => self.wanted(scope, default, type_, &why),
             None => self.expr(scope, default),
         });
+        let default = default.map(Expr::shared);
         let type_ = match (declared, &default) {
             (Some(type_), _) => type_,
             (None, Some(default)) => default.type_.clone(),
@@ -121,7 +125,8 @@ impl<'a> Checker<'a> {
         };
         let range = param.range.as_ref().map(|(low, high)| {
             let why = Wanted::declared(format!("a limit of `{}`", name.node), name.span);
-            (self.wanted(scope, low, &limit, &why), self.wanted(scope, high, &limit, &why))
+            let mut limit = |at| self.wanted(scope, at, &limit, &why).shared();
+            (limit(low), limit(high))
         });
         let checked = Parameter {
             name: name.node.clone(),
@@ -139,6 +144,12 @@ impl<'a> Checker<'a> {
 
     pub fn parameters(&mut self, scope: &mut Scope, params: &'a [ast::Parameter]) -> Vec<Parameter> {
         let mut checked: Vec<Parameter> = Vec::new();
+        let mut outside = scope.clone();
+        if let Some(last) = params.last()
+            && !self.few("parameters", params.len(), MOST, last.name.span)
+        {
+            return checked;
+        }
         for (number, param) in params.iter().enumerate() {
             let name = &param.name;
             if let Some(first) = checked.iter().find(|first| first.name == name.node) {
@@ -148,7 +159,7 @@ impl<'a> Checker<'a> {
                 );
                 self.report(problem.at(name.span, "again here").with(first.span, "first declared here"));
             }
-            let param = self.parameter(&mut Scope { locals: Vec::new(), ..scope.clone() }, param);
+            let param = self.parameter(&mut outside, param);
             let inside =
                 if param.type_ == Type::Count { Type::Number(Dim::none()) } else { param.type_.clone() };
             scope.add(&name.node, Kind::Argument(number), inside);
@@ -197,9 +208,7 @@ impl<'a> Checker<'a> {
             None => {}
         }
         self.seen.lets.insert(id, None);
-        let level = std::mem::take(&mut self.level);
         let value = self.expr(&mut Scope::of(id.module), &decl.value);
-        self.level = level;
         let told = matches!(self.seen.lets.get(&id), Some(Some(_)));
         let value = Arc::new(if told { Expr::poison(value.span) } else { value });
         self.seen.lets.insert(id, Some(value.clone()));
@@ -219,9 +228,7 @@ impl<'a> Checker<'a> {
             return seen.clone();
         }
         self.seen.functions.insert(id, None);
-        let level = std::mem::take(&mut self.level);
         let function = Arc::new(self.function(id, decl));
-        self.level = level;
         self.seen.functions.insert(id, Some(function.clone()));
         Some(function)
     }
@@ -312,7 +319,7 @@ impl<'a> Checker<'a> {
         let other =
             Space::ALL.into_iter().find(|&other| self.program.find(main, other, &name.node).is_some());
         let help = match (
-            did_you_mean(&name.node, self.program.names(main, space)),
+            self.meant(&name.node, self.program.names(main, space)),
             crate::resolve::standard_home(&name.node),
             other,
         ) {

@@ -1,5 +1,7 @@
 //! Held-out evaluations and the claims about them.
 
+use std::collections::BTreeMap;
+
 use super::fits::Wanted;
 use super::settings::{MISSING, UNKNOWN_SETTING, path_span};
 use super::{Checker, Scope};
@@ -7,10 +9,13 @@ use crate::ast::{Assignment, Expectation, ExpectationKind, ExprAt, Item, Name, S
 use crate::dim::Dim;
 use crate::hir::{Change, Claim, Control, Kind, Output, Protocol, Type};
 use crate::plan::{ClaimKind, GroupId};
-use crate::problem::{Code, Problem, did_you_mean};
-use crate::resolve::listed;
+use crate::problem::{Code, Problem};
+use crate::resolve::{Space, listed};
 
 const CONFIDENCE: f64 = 0.95;
+
+/// Evaluations of a scenario, at most.
+const PROTOCOLS: usize = 100;
 
 /// A metric of the study: its name in a scenario, its name in the summary, and what it is.
 const METRICS: [(&str, &str, Measures); 7] = [
@@ -38,6 +43,12 @@ impl<'a> Checker<'a> {
                 self.hir.protocols.push(protocol);
             }
         }
+        let number = self.hir.protocols.len();
+        if let Some(last) = self.hir.protocols.last().map(|last| last.span)
+            && !self.few("evaluations", number, PROTOCOLS, last)
+        {
+            self.hir.protocols.truncate(PROTOCOLS);
+        }
         if self.hir.protocols.is_empty() {
             let span = self.anywhere();
             let episodes = self.make(Kind::Number(100.0), Type::Count, span);
@@ -53,17 +64,17 @@ impl<'a> Checker<'a> {
     fn protocol(&mut self, name: &Name, settings: &'a [Assignment]) -> Protocol {
         let mut episodes = self.make(Kind::Number(100.0), Type::Count, name.span);
         let mut changes = Vec::new();
-        let mut seen: Vec<(&str, Span)> = Vec::new();
+        let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
         for setting in settings {
             let span = path_span(&setting.path);
             let text = self.sources.text(span);
-            if let Some((_, first)) = seen.iter().find(|(other, _)| *other == text)
+            if let Some(first) = seen.get(text)
                 && let Some(last) = setting.path.last()
             {
                 self.given_twice(&Name { node: text.to_owned(), span: last.span }, *first);
                 continue;
             }
-            seen.push((text, span));
+            seen.insert(text, span);
             let names: Vec<&str> = setting.path.iter().map(|name| name.node.as_str()).collect();
             if names == ["episodes"] {
                 episodes = self.fixed(setting, &Type::Count);
@@ -86,7 +97,8 @@ impl<'a> Checker<'a> {
             ["world", "horizon"] => return constant(self, "steps").map(Change::Horizon),
             ["world", "safety"] => return constant(self, "length").map(Change::Safety),
             [name] => {
-                if let Some(id) = self.hir.params.iter().position(|param| param.name == *name) {
+                let entry = self.program.find(self.program.main, Space::Value, name);
+                if let Some(&id) = entry.and_then(|entry| self.ids.params.get(&entry.id)) {
                     return self.changed_param(setting, id);
                 }
             }
@@ -172,7 +184,7 @@ impl<'a> Checker<'a> {
         };
         let text = names.join(".");
         let wrong = if names.len() == 2 && names.first() != Some(&"world") { names.first() } else { None };
-        let meant = did_you_mean(wrong.copied().unwrap_or(&text), known.iter().copied());
+        let meant = self.meant(wrong.copied().unwrap_or(&text), known.iter().copied());
         let help = match meant {
             Some(meant) => format!("did you mean `{meant}`?"),
             None => format!(
@@ -255,7 +267,7 @@ impl<'a> Checker<'a> {
         }
         let problem =
             Problem::error(&BAD_CLAIM, format!("no method is called `{}`", name.node)).at(name.span, "");
-        let help = match did_you_mean(&name.node, self.methods()) {
+        let help = match self.meant(&name.node, self.methods()) {
             Some(meant) => format!("did you mean `{meant}`?"),
             None => format!("`learn` and `compare` name {}", listed(self.methods())),
         };
@@ -280,7 +292,7 @@ impl<'a> Checker<'a> {
         if !protocols().any(|name| name == protocol.node) {
             let message = format!("no evaluation is called `{}`", protocol.node);
             let problem = Problem::error(&BAD_CLAIM, message).at(protocol.span, "");
-            let help = match did_you_mean(&protocol.node, protocols()) {
+            let help = match self.meant(&protocol.node, protocols()) {
                 Some(meant) => format!("did you mean `{meant}`?"),
                 None => format!("a claim begins with an evaluation; there is {}", listed(protocols())),
             };
@@ -318,7 +330,7 @@ impl<'a> Checker<'a> {
                         false => format!("nothing measures `{text}`"),
                     },
                 );
-                let help = match did_you_mean(&text, known.iter().copied()) {
+                let help = match self.meant(&text, known.iter().copied()) {
                     Some(meant) => format!("did you mean `{meant}`?"),
                     None => format!("measured are {}", listed(known)),
                 };

@@ -6,7 +6,7 @@ use crate::ast::{self, ExprAt, Item, Name, Span};
 use crate::dim::Dim;
 use crate::hir::{Expr, Kind, Part, Type};
 use crate::plan::{Function, WorldConstant};
-use crate::problem::{Code, Problem, did_you_mean};
+use crate::problem::{Code, Problem};
 use crate::resolve::{BUILT_IN, Entry, Space, listed};
 
 impl<'a> Checker<'a> {
@@ -178,9 +178,9 @@ impl<'a> Checker<'a> {
             };
             return problem.note(format!("`{name}` is {}, not a value", space.people())).help(how);
         }
-        let locals = scope.locals.iter().map(|local| local.0.as_str());
-        let known = locals.chain(self.program.names(scope.module, Space::Value)).chain(BUILT_IN);
-        match did_you_mean(name, known) {
+        let known =
+            scope.locals.names().chain(self.program.names(scope.module, Space::Value)).chain(BUILT_IN);
+        match self.meant(name, known) {
             Some(meant) => problem.help(format!("did you mean `{meant}`?")),
             None => match crate::resolve::standard_home(name) {
                 Some(path) => problem.help(format!("the standard library has one: `use {path}.{name}`")),
@@ -222,7 +222,7 @@ impl<'a> Checker<'a> {
         let problem = Problem::error(&UNKNOWN_NAME, format!("{have} has no `{}`", part.node))
             .at(part.span, "")
             .with(of.span, format!("this is {have}"));
-        let problem = match (did_you_mean(&part.node, known.iter().copied()), known) {
+        let problem = match (self.meant(&part.node, known.iter().copied()), known) {
             (Some(meant), _) => problem.help(format!("did you mean `{meant}`?")),
             (None, []) => problem,
             (None, known) => problem.help(format!("it has {}", listed(known.iter().copied()))),
@@ -238,7 +238,7 @@ impl<'a> Checker<'a> {
             other => {
                 let known = ["dt", "safety", "horizon"];
                 let problem = Problem::error(&UNKNOWN_NAME, format!("`world` has no `{other}`"));
-                let problem = problem.at(part.span, "").help(match did_you_mean(other, known) {
+                let problem = problem.at(part.span, "").help(match self.meant(other, known) {
                     Some(meant) => format!("did you mean `{meant}`?"),
                     None => format!("it has {}", listed(known)),
                 });

@@ -1,20 +1,24 @@
 //! Values out of range and arrangements that cannot work, in training and in each evaluation.
 
+use std::cell::Cell;
+use std::collections::BTreeSet;
+
 use super::Checker;
 use super::value::OUT_OF_RANGE;
 use crate::ast::Span;
 use crate::case::Case;
 use crate::hir::{Bound, Expr, Kind, Slots};
-use crate::inline::Refusal;
-use crate::plan::ParamId;
+use crate::inline::{Refusal, Value};
+use crate::plan::{GroupId, ParamId};
 use crate::problem::{Code, Problem};
 use crate::resolve::Space;
 
 impl Checker<'_> {
     pub fn feasible(&mut self) {
-        let mut cases = vec![(Case::training(&self.hir), None)];
+        let spent = Cell::new(0);
+        let mut cases = vec![(Case::training(&self.hir, &spent), None)];
         for protocol in &self.hir.protocols {
-            cases.push((Case::of(&self.hir, protocol), Some((protocol.name.clone(), protocol.span))));
+            cases.push((Case::of(&self.hir, protocol, &spent), Some((protocol.name.clone(), protocol.span))));
         }
         for (case, protocol) in cases {
             for problem in self.infeasible(&case) {
@@ -30,7 +34,8 @@ impl Checker<'_> {
         let mut problems = Vec::new();
         problems.extend(self.hir.bounds.iter().filter_map(|bound| self.out_of_bounds(case, bound)));
         self.world_limits(case, &mut problems);
-        for group in &case.world.groups {
+        for (number, group) in case.world.groups.iter().enumerate() {
+            self.start_order(case, number, &mut problems);
             for setting in [&group.arena, &group.speed].into_iter().flatten() {
                 self.rising(case, setting, &mut problems);
             }
@@ -121,6 +126,32 @@ impl Checker<'_> {
                 }
             }
         }
+    }
+
+    /// A start may refer to agents that are placed before.
+    fn start_order(&self, case: &Case, group: GroupId, problems: &mut Vec<Problem>) {
+        let groups = &case.world.groups;
+        let Some((own, start)) = groups.get(group).and_then(|own| Some((own, own.start.as_ref()?))) else {
+            return;
+        };
+        let Ok(Value::Expr(lowered)) = case.value(start) else { return };
+        if own.gives_positions() {
+            return;
+        }
+        let later =
+            |other: &GroupId| *other >= group && groups.get(*other).is_some_and(|g| !g.gives_positions());
+        let mut found = BTreeSet::new();
+        case.groups_in(&lowered, group, &mut found);
+        let Some(other) = found.into_iter().find(later).and_then(|other| groups.get(other)) else { return };
+        let message = format!("`{}` starts before `{}` has a place", own.name, other.name);
+        let problem =
+            Problem::error(&START_ORDER, message).at(start.span, format!("depends on `{}`", other.name));
+        problems.push(match own.name == other.name {
+            true => problem.help("refer to other groups only, and keep distances by `require`"),
+            false => problem
+                .with(other.span, "declared later")
+                .help(format!("declare `{}` before `{}`", other.name, own.name)),
+        });
     }
 
     fn formation(&self, case: &Case, number: usize, problems: &mut Vec<Problem>) {
@@ -252,4 +283,14 @@ do what they should would collide.
     world { dt = 0.1 s, safety = 0.1 m }
     formation F of follower = square(0.05 m) about leader       // wrong
     formation F of follower = square(0.4 m) about leader        // right",
+};
+
+pub const START_ORDER: Code = Code {
+    name: "start-order",
+    explain: "\
+Agents are placed in the order of their declarations, so a start can refer to agents declared above only.
+
+    agent follower : point { start ~ near(p[leader], 0.5 m) … }     // wrong if the leader comes later
+
+Agents whose motion gives positions are placed first.",
 };

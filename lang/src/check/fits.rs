@@ -5,7 +5,7 @@ use crate::ast::{self, ExprAt, Span};
 use crate::dim::{Dim, Ratio, Substitution};
 use crate::hir::{Expr, Kind, Type};
 use crate::plan::{BinaryOp, Function, Reduction, UnaryOp};
-use crate::problem::{Code, Problem, did_you_mean};
+use crate::problem::{Code, Problem};
 use crate::resolve::listed;
 
 /// What wants a value.
@@ -73,7 +73,7 @@ impl<'a> Checker<'a> {
             }
             ast::Expr::Name(name) => {
                 let problem = Problem::error(&UNKNOWN_WORD, format!("{} cannot be `{name}`", why.what));
-                problem.at(at.span, "").help(match did_you_mean(name, all()) {
+                problem.at(at.span, "").help(match self.meant(name, all()) {
                     Some(meant) => format!("did you mean `{meant}`?"),
                     None => format!("it is one of {}", listed(all())),
                 })

@@ -9,13 +9,14 @@ use super::{Checker, Scope};
 use crate::ast::{Assignment, Call, ExternDecl, Item, Name, Span};
 use crate::dim::Substitution;
 use crate::hir::{Expr, Extern, Kind, Method, Parameter, Type};
-use crate::problem::{Code, Problem, did_you_mean};
+use crate::problem::{Code, Problem};
 use crate::resolve::{ItemId, Space, listed};
 
 /// Settings that `learn` chooses: those of the preset, then those of its block.
 #[derive(Default)]
 struct Chosen<'a> {
-    preset: Option<(&'a [Name], &'a [Assignment])>,
+    /// The algorithms it is for, its settings, and its module.
+    preset: Option<(&'a [Name], &'a [Assignment], usize)>,
     own: &'a [Assignment],
 }
 
@@ -38,7 +39,7 @@ impl<'a> Checker<'a> {
                 if let Some(id) = self.item_named(Space::Algorithm, algorithm) {
                     chosen.own = settings;
                     chosen.preset = preset.as_ref().and_then(|preset| self.preset(algorithm, preset));
-                    self.known_settings(algorithm, id, settings);
+                    self.known_settings(algorithm, id, settings, main);
                     let learner = self.method(&algorithm.node, algorithm.span, id, &chosen, None);
                     self.hir.learners.extend(learner);
                 }
@@ -90,7 +91,7 @@ impl<'a> Checker<'a> {
             &super::expr::UNKNOWN_NAME,
             format!("there is no learning algorithm or controller `{}`", name.node),
         );
-        let help = match did_you_mean(&name.node, known.iter().copied()) {
+        let help = match self.meant(&name.node, known.iter().copied()) {
             Some(meant) => format!("did you mean `{meant}`?"),
             None => format!("there are {}", listed(known)),
         };
@@ -149,34 +150,16 @@ impl<'a> Checker<'a> {
     fn check_presets(&mut self) {
         for (id, item) in self.program.items() {
             let Item::Preset { for_, settings, .. } = &item.node else { continue };
-            for (number, algorithm) in for_.iter().enumerate() {
-                let Some(entry) = self.find(id.module, Space::Algorithm, &algorithm.node) else {
-                    self.item_named(Space::Algorithm, algorithm);
-                    continue;
-                };
-                let Some(params) = self.signature(entry.id) else { continue };
-                let names: Vec<&str> = params.iter().map(|param| param.name.as_str()).collect();
-                if number == 0 {
-                    let known = self.settings(&format!("`{}`", algorithm.node), settings, &names);
-                    for (name, setting) in known {
-                        if let Some(param) = params.iter().find(|param| param.name == name) {
-                            self.setting(setting, param);
-                        }
-                    }
-                } else {
-                    for setting in settings {
-                        if let [name] = setting.path.as_slice()
-                            && !names.contains(&name.node.as_str())
-                        {
-                            self.unknown_setting(&format!("`{}`", algorithm.node), name, &names);
-                        }
-                    }
+            for algorithm in for_ {
+                match self.find(id.module, Space::Algorithm, &algorithm.node) {
+                    Some(entry) => self.known_settings(algorithm, entry.id, settings, id.module),
+                    None => drop(self.item_named(Space::Algorithm, algorithm)),
                 }
             }
         }
     }
 
-    fn preset(&mut self, algorithm: &Name, preset: &Name) -> Option<(&'a [Name], &'a [Assignment])> {
+    fn preset(&mut self, algorithm: &Name, preset: &Name) -> Option<(&'a [Name], &'a [Assignment], usize)> {
         let id = self.item_named(Space::Preset, preset)?;
         let Item::Preset { for_, settings, name, .. } = &self.program.item(id)?.node else { return None };
         if !for_.iter().any(|fits| fits.node == algorithm.node) {
@@ -198,7 +181,7 @@ impl<'a> Checker<'a> {
             });
             return None;
         }
-        Some((for_, settings))
+        Some((for_, settings, id.module))
     }
 
     fn preset_fits(&self, preset: &str, algorithm: &str) -> bool {
@@ -208,13 +191,13 @@ impl<'a> Checker<'a> {
             if for_.iter().any(|fits| fits.node == algorithm))
     }
 
-    fn known_settings(&mut self, algorithm: &Name, id: ItemId, settings: &'a [Assignment]) {
+    fn known_settings(&mut self, algorithm: &Name, id: ItemId, settings: &'a [Assignment], module: usize) {
         let Some(params) = self.signature(id) else { return };
         let names: Vec<&str> = params.iter().map(|param| param.name.as_str()).collect();
         let known = self.settings(&format!("`{}`", algorithm.node), settings, &names);
         for (name, setting) in known {
             if let Some(param) = params.iter().find(|param| param.name == name) {
-                self.setting(setting, param);
+                self.setting(setting, param, module);
             }
         }
     }
@@ -229,13 +212,14 @@ impl<'a> Checker<'a> {
         call: Option<&'a Call>,
     ) -> Option<Method> {
         let mut params = self.signature(id)?.to_vec();
-        let preset = chosen.preset.filter(|(for_, _)| for_.iter().any(|name| name.node == label));
-        let layers = [preset.map(|(_, settings)| settings), Some(chosen.own)];
-        for setting in layers.into_iter().flatten().flatten() {
+        let preset = chosen.preset.filter(|(for_, ..)| for_.iter().any(|name| name.node == label));
+        let preset =
+            preset.into_iter().flat_map(|(_, settings, module)| settings.iter().map(move |s| (s, module)));
+        for (setting, module) in preset.chain(chosen.own.iter().map(|setting| (setting, self.program.main))) {
             if let [name] = setting.path.as_slice()
                 && let Some(param) = params.iter_mut().find(|param| param.name == name.node)
             {
-                param.default = Some(self.setting(setting, param));
+                param.default = Some(self.setting(setting, param, module).shared());
             }
         }
         let args = match call {

@@ -7,7 +7,7 @@ use super::{Checker, Scope};
 use crate::ast::{self, Item, LetDecl, MotionDecl, ShapeDecl, ShapeSlots, Span, StateDecl};
 use crate::dim::Dim;
 use crate::hir::{Expr, Kind, Motion, Output, Parameter, Shape, Slots, State, Type};
-use crate::problem::{Code, Problem, did_you_mean};
+use crate::problem::{Code, Problem};
 use crate::resolve::{DUPLICATE_NAME, ItemId};
 
 /// The parameters of a declaration and what it declares.
@@ -28,6 +28,10 @@ impl<'a> Checker<'a> {
 
     fn motion_body(&mut self, scope: &mut Scope, decl: &'a MotionDecl) -> Motion {
         let mut states: Vec<State> = Vec::new();
+        if !self.few("states", decl.states.len().max(decl.nexts.len()), super::declare::MOST, decl.name.span)
+        {
+            return Motion { name: decl.name.node.clone(), states, output: None };
+        }
         let lets = decl.lets.iter().map(|decl| (decl.name.span, Err(decl)));
         let mut entries: Vec<(Span, Result<&'a StateDecl, &'a LetDecl>)> =
             decl.states.iter().map(|state| (state.name.span, Ok(state))).chain(lets).collect();
@@ -58,8 +62,7 @@ impl<'a> Checker<'a> {
                     format!("`{}` has no state `{}`", decl.name.node, next.name.node),
                 )
                 .at(next.name.span, "");
-                let help = match did_you_mean(&next.name.node, states.iter().map(|state| state.name.as_str()))
-                {
+                let help = match self.meant(&next.name.node, states.iter().map(|state| state.name.as_str())) {
                     Some(meant) => format!("did you mean `{meant}`?"),
                     None => format!("declare how it begins: `state {} = …`", next.name.node),
                 };

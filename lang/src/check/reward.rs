@@ -1,5 +1,7 @@
 //! The reward's terms and the ends of an episode: all that is added up has one dimension.
 
+use std::collections::BTreeMap;
+
 use super::fits::Wanted;
 use super::settings::MISSING;
 use super::value::OUT_OF_RANGE;
@@ -48,12 +50,15 @@ impl<'a> Checker<'a> {
         self.one_dimension(&summands);
     }
 
-    fn distinct(&mut self, names: impl Iterator<Item = &'a Name> + Clone, what: &str) {
-        for (number, name) in names.clone().enumerate() {
-            if let Some(first) = names.clone().take(number).find(|first| first.node == name.node) {
-                let problem =
-                    Problem::error(&DUPLICATE_NAME, format!("two of the {what}s are called `{}`", name.node));
-                self.report(problem.at(name.span, "again here").with(first.span, "first here"));
+    fn distinct(&mut self, names: impl Iterator<Item = &'a Name>, what: &str) {
+        let mut first: BTreeMap<&str, Span> = BTreeMap::new();
+        for name in names {
+            if let Some(first) = first.get(name.node.as_str()) {
+                let message = format!("two of the {what}s are called `{}`", name.node);
+                let problem = Problem::error(&DUPLICATE_NAME, message);
+                self.report(problem.at(name.span, "again here").with(*first, "first here"));
+            } else {
+                first.insert(&name.node, name.span);
             }
         }
     }
@@ -106,9 +111,12 @@ impl<'a> Checker<'a> {
 
     fn one_dimension(&mut self, summands: &[Summand]) {
         // What most have is meant; the first of equals.
-        let count = |dim: &Dim| summands.iter().filter(|other| other.dim == *dim).count();
-        let Some(most) = summands.iter().map(|summand| count(&summand.dim)).max() else { return };
-        let Some(reference) = summands.iter().find(|summand| count(&summand.dim) == most) else { return };
+        let mut counts: BTreeMap<&Dim, usize> = BTreeMap::new();
+        summands.iter().for_each(|summand| *counts.entry(&summand.dim).or_default() += 1);
+        let Some(&most) = counts.values().max() else { return };
+        let Some(reference) = summands.iter().find(|summand| counts.get(&summand.dim) == Some(&most)) else {
+            return;
+        };
         self.hir.reward_dim = reference.dim.clone();
         let problems: Vec<Problem> = summands
             .iter()

@@ -7,7 +7,7 @@ use crate::ast::{self, Item, Span};
 use crate::dim::Substitution;
 use crate::hir::{Called, Expr, Formation, Kind, Observation, Type};
 use crate::plan::{GroupId, IndexSet};
-use crate::problem::{Problem, did_you_mean};
+use crate::problem::Problem;
 use crate::resolve::{Space, listed};
 
 impl<'a> Checker<'a> {
@@ -92,7 +92,7 @@ impl<'a> Checker<'a> {
         }
         let problem =
             Problem::error(&super::expr::UNKNOWN_NAME, format!("there is no group `{}`", name.node));
-        let help = match did_you_mean(&name.node, groups()) {
+        let help = match self.meant(&name.node, groups()) {
             Some(meant) => format!("did you mean `{meant}`?"),
             None => format!("`agent` and `agents` declare {}", listed(groups())),
         };

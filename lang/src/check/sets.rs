@@ -7,7 +7,7 @@ use crate::dim::Dim;
 use crate::hir::{Expr, Kind, Over, Type};
 use crate::inline::group_of;
 use crate::plan::{FormationId, GroupId, IndexSet, Quantity, Reduction};
-use crate::problem::{Code, Problem, did_you_mean};
+use crate::problem::{Code, Problem};
 use crate::resolve::{ItemId, Space, listed};
 
 impl<'a> Checker<'a> {
@@ -293,7 +293,7 @@ impl<'a> Checker<'a> {
                 {
                     let problem =
                         Problem::error(&UNKNOWN_SET, format!("there is no group `{name}`")).at(at.span, "");
-                    let help = match did_you_mean(name, groups().chain(["all"])) {
+                    let help = match self.meant(name, groups().chain(["all"])) {
                         Some(meant) => format!("did you mean `{meant}`?"),
                         None => format!("sets are {}", listed(groups().chain(["all", "pairs(all)"]))),
                     };

@@ -7,7 +7,7 @@ use super::fits::Wanted;
 use super::{Checker, Scope};
 use crate::ast::{Assignment, Item, Name, Span};
 use crate::hir::{Expr, Parameter, Type};
-use crate::problem::{Code, Problem, did_you_mean};
+use crate::problem::{Code, Problem};
 use crate::resolve::listed;
 
 impl<'a> Checker<'a> {
@@ -69,7 +69,7 @@ impl<'a> Checker<'a> {
     pub fn unknown_setting(&mut self, of: &str, name: &Name, known: &[&str]) {
         let problem = Problem::error(&UNKNOWN_SETTING, format!("{of} has no setting `{}`", name.node))
             .at(name.span, "");
-        self.report(problem.help(match did_you_mean(&name.node, known.iter().copied()) {
+        self.report(problem.help(match self.meant(&name.node, known.iter().copied()) {
             Some(meant) => format!("did you mean `{meant}`?"),
             None => format!("it has {}", listed(known.iter().copied())),
         }));
@@ -104,9 +104,9 @@ impl<'a> Checker<'a> {
     }
 
     /// A value for a parameter of something that Rust provides.
-    pub fn setting(&mut self, setting: &'a Assignment, param: &Parameter) -> Expr {
+    pub fn setting(&mut self, setting: &'a Assignment, param: &Parameter, module: usize) -> Expr {
         self.undrawn(setting);
-        let mut scope = Scope::of(self.program.main);
+        let mut scope = Scope::of(module);
         let why = Wanted::declared(format!("`{}`", param.name), param.span);
         let value = self.wanted(&mut scope, &setting.value, &param.type_, &why);
         self.bound(param, &value);

@@ -38,7 +38,7 @@ impl Checker<'_> {
     /// What an expression comes to, without its parameters' values filled in.
     pub fn inlined(&mut self, expr: &Expr) -> Option<Value> {
         let nothing = BTreeMap::new();
-        match Inliner::new(&self.hir.world, &nothing).value(expr, &[]) {
+        match Inliner::new(&self.hir.world, &nothing, &self.spent).value(expr, &[]) {
             Ok(value) => Some(value),
             Err(Refusal::TooLarge) => {
                 self.report(too_large(expr.span));
@@ -117,7 +117,7 @@ A value lies outside of what its declaration allows.
 };
 
 pub const TOO_LARGE: Code = Code {
-    name: "expression-too-large",
+    name: "too-large",
     explain: "\
 What an expression stands for, with all lets and functions it refers to, is larger or deeper than the compiler
 accepts. This happens when each of many lets refers twice to the one before:
