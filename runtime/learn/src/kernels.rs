@@ -167,12 +167,12 @@ entry_points!(scalar, f32, forward 4 x 3, backward 1 x 16, update 2 x 4);
 #[cfg(target_arch = "x86_64")]
 entry_points!(
     avx2, std::arch::x86_64::__m256, #[target_feature(enable = "avx2,fma")],
-    forward 4 x 3, backward 6 x 2, update 2 x 4
+    forward 6 x 2, backward 6 x 2, update 1 x 8
 );
 #[cfg(target_arch = "x86_64")]
 entry_points!(
     avx512, std::arch::x86_64::__m512, #[target_feature(enable = "avx512f")],
-    forward 8 x 3, backward 16 x 1, update 4 x 4
+    forward 8 x 3, backward 16 x 1, update 8 x 2
 );
 
 /// Runs an entry point of the chosen width.

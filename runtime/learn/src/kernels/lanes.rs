@@ -28,8 +28,6 @@ pub(super) trait Lanes: Copy {
     /// Turns `WIDTH` rows into columns: to\[j\]\[i\] = from\[i\]\[j\]. Rows begin every `from_stride` and
     /// `to_stride` floats.
     unsafe fn transpose(from: *const f32, from_stride: usize, to: *mut f32, to_stride: usize);
-    /// Asks for the cache line of an address to be brought near; any address will do.
-    unsafe fn prefetch(at: *const f32);
 }
 
 impl Lanes for f32 {
@@ -102,9 +100,6 @@ impl Lanes for f32 {
         // SAFETY: the caller's pointers are valid for one float.
         unsafe { to.write_unaligned(from.read_unaligned()) }
     }
-
-    #[inline(always)]
-    unsafe fn prefetch(_: *const f32) {}
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -188,11 +183,6 @@ pub(super) mod x86 {
                 #[inline(always)]
                 unsafe fn transpose(from: *const f32, from_stride: usize, to: *mut f32, to_stride: usize) {
                     unsafe { $transpose(from, from_stride, to, to_stride) }
-                }
-
-                #[inline(always)]
-                unsafe fn prefetch(at: *const f32) {
-                    unsafe { _mm_prefetch::<_MM_HINT_T0>(at.cast()) }
                 }
             }
         };
