@@ -16,11 +16,16 @@ use failure::{Exit, Failure};
 
 /// Scenarios for leader-follower and formation control by deep reinforcement learning.
 #[derive(Parser)]
-#[command(version, propagate_version = true, max_term_width = 100, after_help = "\
+#[command(
+    version,
+    propagate_version = true,
+    max_term_width = 100,
+    after_help = "\
 Example: mpgx run square_unison.scn
 
 Exit codes: 0 done; 1 a claim or a seed failed; 2 the scenario or the command line is wrong;
-70 internal; 74 cannot read or write; 75 interrupted, run again to resume")]
+70 internal; 74 cannot read or write; 75 interrupted, run again to resume"
+)]
 struct Cli {
     #[command(subcommand)]
     verb: Verb,
@@ -66,8 +71,9 @@ fn main() -> ExitCode {
 /// `MPGX_SIMD` chooses slower kernels than the processor has; the results keep their bits.
 fn choose_kernels() -> Result<(), Failure> {
     match std::env::var("MPGX_SIMD") {
-        Ok(name) => mpgx_learn::force_simd(&name)
-            .map_err(|error| Failure::new(Exit::BadInput, error.to_string()).help("MPGX_SIMD is avx512, avx2 or scalar")),
+        Ok(name) => mpgx_learn::force_simd(&name).map_err(|error| {
+            Failure::new(Exit::BadInput, error.to_string()).help("MPGX_SIMD is avx512, avx2 or scalar")
+        }),
         Err(_) => Ok(()),
     }
 }

@@ -7,9 +7,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
-use mpgx_study::{Cell, CellId, Role};
 use mpgx_study::Progress;
 use mpgx_study::record::{CellRecord, Timing};
+use mpgx_study::{Cell, CellId, Role};
 
 /// Shows a run on stderr.
 pub struct Display {
@@ -31,7 +31,8 @@ impl Display {
     /// For a study of `cells` cells.
     pub fn new(cells: usize) -> Self {
         let terminal = std::io::stderr().is_terminal();
-        let target = if terminal { ProgressDrawTarget::stderr_with_hz(5) } else { ProgressDrawTarget::hidden() };
+        let target =
+            if terminal { ProgressDrawTarget::stderr_with_hz(5) } else { ProgressDrawTarget::hidden() };
         Display {
             lines: MultiProgress::with_draw_target(target),
             terminal,
@@ -96,9 +97,11 @@ impl Progress for Display {
             return;
         }
         // The template is a constant; were it wrong, the plain bar would do.
-        let style = ProgressStyle::with_template("  {prefix:<18} {bar:24.cyan/dim} {percent:>3}% {msg} {eta:>4} left")
-            .unwrap_or_else(|_| ProgressStyle::default_bar())
-            .progress_chars("━━─");
+        let style = ProgressStyle::with_template(
+            "  {prefix:<18} {bar:24.cyan/dim} {percent:>3}% {msg} {eta:>4} left",
+        )
+        .unwrap_or_else(|_| ProgressStyle::default_bar())
+        .progress_chars("━━─");
         let bar = self.lines.add(ProgressBar::new(of).with_style(style).with_prefix(cell.id.clone()));
         bar.set_position(steps);
         bar.reset_eta();

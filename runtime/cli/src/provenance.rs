@@ -9,7 +9,11 @@ const FILE: &str = "provenance.json";
 pub fn of_this_run(threads: usize, elapsed_s: f64) -> Provenance {
     let quoted = |word: String| if word.contains([' ', '\'', '"']) { format!("{word:?}") } else { word };
     Provenance {
-        command: ["mpgx".to_string()].into_iter().chain(std::env::args().skip(1).map(quoted)).collect::<Vec<_>>().join(" "),
+        command: ["mpgx".to_string()]
+            .into_iter()
+            .chain(std::env::args().skip(1).map(quoted))
+            .collect::<Vec<_>>()
+            .join(" "),
         cpu: format!("{}, {} kernels", cpu(), mpgx_learn::simd_level()),
         threads: threads.to_string(),
         duration: format!("{elapsed_s:.0} s (last run)"),
@@ -30,6 +34,7 @@ pub fn kept(storage: &dyn Storage) -> Provenance {
 
 fn cpu() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": ")).map(|(_, name)| name);
+    let model =
+        info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": ")).map(|(_, name)| name);
     model.unwrap_or("unknown processor").to_string()
 }

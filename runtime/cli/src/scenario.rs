@@ -28,9 +28,12 @@ pub fn compile(name: &str, overrides: &[Override]) -> Result<Compilation, Failur
         return Ok(mpgx_lang::compile(name, read(path)?, overrides, &Folder(folder)));
     }
     match embedded(name) {
-        Some((name, text)) => {
-            Ok(mpgx_lang::compile(&format!("{name}.scn"), text.to_string(), overrides, &mpgx_lang::source::NoFiles))
-        }
+        Some((name, text)) => Ok(mpgx_lang::compile(
+            &format!("{name}.scn"),
+            text.to_string(),
+            overrides,
+            &mpgx_lang::source::NoFiles,
+        )),
         None => Err(not_found(name)),
     }
 }
@@ -65,7 +68,8 @@ fn embedded(name: &str) -> Option<(&'static str, &'static str)> {
 }
 
 fn not_found(name: &str) -> Failure {
-    let failure = Failure::new(Exit::BadInput, format!("no file and no built-in scenario is called `{name}`"));
+    let failure =
+        Failure::new(Exit::BadInput, format!("no file and no built-in scenario is called `{name}`"));
     let stem = Path::new(name).file_stem().and_then(|stem| stem.to_str()).unwrap_or(name);
     match mpgx_lang::problem::did_you_mean(stem, EMBEDDED.iter().map(|(name, _)| *name)) {
         Some(close) => failure.help(format!("did you mean `{close}`?")),

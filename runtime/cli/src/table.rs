@@ -15,7 +15,9 @@ pub fn results(summary: &Summary) -> String {
             "return [95 %]", "error", "× oracle", "collisions"
         );
         for (label, metrics) in methods {
-            let cell = |name: &str, show: &dyn Fn(&Statistic) -> String| metrics.get(name).map_or("–".to_string(), show);
+            let cell = |name: &str, show: &dyn Fn(&Statistic) -> String| {
+                metrics.get(name).map_or("–".to_string(), show)
+            };
             let _ = writeln!(
                 out,
                 "{label:<width$}  {:>24}  {:>9}  {:>9}  {:>10}",
@@ -46,7 +48,8 @@ pub fn results(summary: &Summary) -> String {
         );
     }
     for claim in &summary.expect {
-        let _ = writeln!(out, "\n{} {}\n  {}", if claim.holds { "✓" } else { "✗" }, claim.text, claim.because);
+        let _ =
+            writeln!(out, "\n{} {}\n  {}", if claim.holds { "✓" } else { "✗" }, claim.text, claim.because);
     }
     for failure in &summary.failures {
         let _ = writeln!(

@@ -6,8 +6,8 @@ use mpgx_lang::problem::{Style, render, render_short};
 use crate::failure::{Exit, Failure};
 use crate::scenario;
 
-/// Example: mpgx check scenarios/*.scn
 #[derive(clap::Args)]
+#[command(after_help = "Example: mpgx check scenarios/*.scn")]
 pub struct Args {
     /// Scenario files, or names of built-in scenarios
     #[arg(required = true, value_name = "FILE|NAME")]

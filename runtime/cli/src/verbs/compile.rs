@@ -8,8 +8,8 @@ use mpgx_lang::render::{latex, mathml, text};
 use crate::failure::{Exit, Failure};
 use crate::scenario;
 
-/// Example: mpgx compile square_unison.scn --emit latex
 #[derive(clap::Args)]
+#[command(after_help = "Example: mpgx compile square_unison.scn --emit latex")]
 pub struct Args {
     /// A scenario file, or the name of a built-in scenario
     #[arg(value_name = "FILE|NAME")]

@@ -6,8 +6,8 @@ use crate::failure::{Exit, Failure};
 use crate::scenario;
 use crate::verbs::compile::reward;
 
-/// Example: mpgx explain unit-mismatch
 #[derive(clap::Args)]
+#[command(after_help = "Example: mpgx explain unit-mismatch")]
 pub struct Args {
     /// An error code, a scenario file, or the name of a built-in scenario
     #[arg(value_name = "CODE|FILE|NAME")]
@@ -56,14 +56,30 @@ fn describe(plan: &Plan) -> Result<String, Failure> {
     );
     section(
         "agents",
-        world.groups.iter().map(|group| format!("{} × {}: {}", group.size, group.name, settings(&group.body))).collect(),
+        world
+            .groups
+            .iter()
+            .map(|group| format!("{} × {}: {}", group.size, group.name, settings(&group.body)))
+            .collect(),
     );
-    section("params", plan.params.iter().map(|param| format!("{} = {} ({}, SI)", param.name, param.value, param.dimension)).collect());
+    section(
+        "params",
+        plan.params
+            .iter()
+            .map(|param| format!("{} = {} ({}, SI)", param.name, param.value, param.dimension))
+            .collect(),
+    );
     section("state", task.observation_names());
     section("action, each in [-1, 1]", task.action_names());
     section("reward", reward(plan).lines().map(str::to_string).collect());
     section("ends", world.ends.iter().map(|end| end.name.clone()).collect());
-    section("protocols", plan.protocols.iter().map(|protocol| format!("{}: {} episodes", protocol.name, protocol.episodes)).collect());
+    section(
+        "protocols",
+        plan.protocols
+            .iter()
+            .map(|protocol| format!("{}: {} episodes", protocol.name, protocol.episodes))
+            .collect(),
+    );
     let method = |method: &Method| format!("{}: {}", method.label, settings(&method.what));
     section("learners", plan.learners.iter().map(method).collect());
     section("controllers", plan.controllers.iter().map(method).collect());
@@ -78,6 +94,7 @@ fn settings(what: &Extern) -> String {
         Setting::Range(low, high) => format!("{low} .. {high}"),
         Setting::List(list) => format!("{list:?}"),
     };
-    let all: Vec<String> = what.settings.iter().map(|(name, setting)| format!("{name} = {}", value(setting))).collect();
+    let all: Vec<String> =
+        what.settings.iter().map(|(name, setting)| format!("{name} = {}", value(setting))).collect();
     if all.is_empty() { what.name.clone() } else { format!("{} ({})", what.name, all.join(", ")) }
 }

@@ -3,8 +3,8 @@
 use crate::failure::{Exit, Failure};
 use crate::scenario;
 
-/// Example: mpgx hash square_unison.scn
 #[derive(clap::Args)]
+#[command(after_help = "Example: mpgx hash square_unison.scn")]
 pub struct Args {
     /// A scenario file, or the name of a built-in scenario
     #[arg(required = true, value_name = "FILE|NAME")]

@@ -7,8 +7,8 @@ use clap::ValueEnum;
 use crate::failure::{Exit, Failure};
 use crate::scenario;
 
-/// Example: mpgx list std
 #[derive(clap::Args)]
+#[command(after_help = "Example: mpgx list std")]
 pub struct Args {
     #[arg(value_enum, default_value_t = What::Scenarios)]
     what: What,

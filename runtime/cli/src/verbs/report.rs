@@ -9,8 +9,8 @@ use mpgx_study::storage::{RealDisk, Storage};
 use crate::failure::{Exit, Failure};
 use crate::provenance;
 
-/// Example: mpgx report runs/square_unison
 #[derive(clap::Args)]
+#[command(after_help = "Example: mpgx report runs/square_unison")]
 pub struct Args {
     /// Folders of finished studies
     #[arg(required = true, value_name = "DIR")]

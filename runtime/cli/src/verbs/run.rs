@@ -15,8 +15,8 @@ use crate::verbs::compile::parse_override;
 use crate::verbs::report::write_report;
 use crate::{provenance, scenario, table};
 
-/// Example: mpgx run square_unison.scn --seeds 20 --set side=0.5m
 #[derive(clap::Args)]
+#[command(after_help = "Example: mpgx run square_unison.scn --seeds 20 --set side=0.5m")]
 pub struct Args {
     /// A scenario file, or the name of a built-in scenario
     #[arg(value_name = "FILE|NAME")]

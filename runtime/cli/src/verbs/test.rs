@@ -6,8 +6,8 @@ use crate::failure::{Exit, Failure};
 use crate::scenario;
 use crate::verbs::compile::reward;
 
-/// Example: mpgx test scenarios --bless
 #[derive(clap::Args)]
+#[command(after_help = "Example: mpgx test scenarios --bless")]
 pub struct Args {
     /// Scenarios or folders of scenarios
     #[arg(default_value = ".", value_name = "PATH")]

@@ -1,0 +1,171 @@
+//! The binary as a user meets it: two commands, exit codes, kills, resumes, slower kernels; always the same study hash.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+
+use tempfile::TempDir;
+
+const SCENARIO: &str = include_str!("small.scn");
+
+fn mpgx(folder: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_mpgx"));
+    command.current_dir(folder).env_remove("MPGX_SIMD").env_remove("MPGX_LOG");
+    command
+}
+
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("small.scn"), SCENARIO).unwrap();
+    folder
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    mpgx(folder).args(arguments).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// Runs the small study to its end and gives its hash.
+fn study_hash(folder: &Path, arguments: &[&str]) -> String {
+    let output = run(folder, &[&["run", "small.scn"], arguments].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let study: serde_json::Value =
+        serde_json::from_slice(&fs::read(folder.join("runs/small/study.json")).unwrap()).unwrap();
+    study["study_hash"].as_str().unwrap().to_string()
+}
+
+#[test]
+fn a_run_leaves_a_study_and_a_report_and_a_second_run_recomputes_nothing() {
+    let folder = folder();
+    let first = study_hash(folder.path(), &[]);
+    let records = |cell: &str| folder.path().join(format!("runs/small/cells/{cell}/record.bin"));
+    let written = fs::metadata(records("mpg-000")).unwrap().modified().unwrap();
+    let report = fs::read_to_string(folder.path().join("runs/small/report.html")).unwrap();
+    assert!(report.contains("</html>") && report.contains("<math"));
+
+    assert_eq!(study_hash(folder.path(), &[]), first);
+    assert_eq!(fs::metadata(records("mpg-000")).unwrap().modified().unwrap(), written);
+
+    assert_ne!(study_hash(folder.path(), &["--seeds", "3"]), first);
+    assert_eq!(fs::metadata(records("mpg-000")).unwrap().modified().unwrap(), written);
+    assert!(records("mpg-002").exists());
+}
+
+#[test]
+fn threads_and_kernels_leave_the_hash_alone() {
+    let reference = study_hash(folder().path(), &["--threads", "1"]);
+    for threads in ["2", "3"] {
+        assert_eq!(study_hash(folder().path(), &["--threads", threads]), reference, "{threads} threads");
+    }
+    for kernels in ["avx2", "scalar"] {
+        let folder = folder();
+        let output =
+            mpgx(folder.path()).args(["run", "small.scn"]).env("MPGX_SIMD", kernels).output().unwrap();
+        if output.status.code() == Some(2) {
+            continue; // this processor has no such kernels
+        }
+        assert_eq!(study_hash(folder.path(), &[]), reference, "{kernels}");
+    }
+}
+
+/// Seen to fail when a checkpoint leaves out a moment of Adam: the hash differs after the kill.
+#[test]
+fn kill_nine_at_any_time_and_the_same_command_goes_on_to_the_same_hash() {
+    let reference = study_hash(folder().path(), &[]);
+    let folder = folder();
+    for files in [1, 3, 5, 8] {
+        let mut child = start(folder.path());
+        while child.try_wait().unwrap().is_none() && count_files(&folder.path().join("runs/small")) < files {
+            std::thread::yield_now();
+        }
+        let _ = child.kill();
+        child.wait().unwrap();
+    }
+    assert_eq!(study_hash(folder.path(), &[]), reference);
+}
+
+fn start(folder: &Path) -> Child {
+    mpgx(folder)
+        .args(["run", "small.scn", "--threads", "1"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap()
+}
+
+fn count_files(folder: &Path) -> usize {
+    let Ok(entries) = fs::read_dir(folder) else { return 0 };
+    entries
+        .filter_map(|entry| entry.ok())
+        .map(|entry| if entry.path().is_dir() { count_files(&entry.path()) } else { 1 })
+        .sum()
+}
+
+#[test]
+fn bad_input_ends_with_2_and_says_what_to_do() {
+    let folder = folder();
+    let with = |arguments: &[&str], said: &str| {
+        let output = run(folder.path(), arguments);
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+        assert!(stderr.contains(said), "{arguments:?}: {stderr}");
+    };
+    with(&["run", "square_unisn"], "did you mean `square_unison`?");
+    with(&["run", "small.scn", "--set", "sid=1m"], "side");
+    with(&["run", "small.scn", "--algorithms", "ppo"], "no method `ppo`");
+    with(&["run", "small.scn", "--seeds", "0"], "--seeds");
+    fs::write(folder.path().join("bad.scn"), SCENARIO.replace("0.1 s", "0.1 m")).unwrap();
+    with(&["run", "bad.scn"], "bad.scn:");
+    fs::write(folder.path().join("bytes.scn"), [0x66, 0xff, 0x66]).unwrap();
+    with(&["check", "bytes.scn"], "byte 1");
+    fs::write(folder.path().join("large.scn"), vec![b'/'; (1 << 20) + 1]).unwrap();
+    with(&["check", "large.scn"], "1 MiB");
+    assert!(!folder.path().join("runs").exists(), "nothing may be left behind");
+}
+
+#[test]
+fn another_scenario_in_the_same_folder_is_refused() {
+    let folder = folder();
+    study_hash(folder.path(), &[]);
+    let output = run(folder.path(), &["run", "small.scn", "--set", "side=0.5m"]);
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("another study"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn a_claim_that_fails_ends_with_1() {
+    let folder = folder();
+    let claim = format!("{SCENARIO}\nexpect held_out.error < 1 mm at 95%\n");
+    fs::write(folder.path().join("small.scn"), claim).unwrap();
+    let output = run(folder.path(), &["run", "small.scn"]);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).contains("✗ held_out.error < 1 mm at 95%"), "{}", text(&output.stdout));
+}
+
+#[test]
+fn every_verb_helps_and_every_built_in_scenario_compiles() {
+    let folder = folder();
+    let help = text(&run(folder.path(), &["--help"]).stdout);
+    for verb in ["run", "check", "compile", "explain", "test", "hash", "list", "report"] {
+        assert!(help.contains(verb));
+        assert!(text(&run(folder.path(), &[verb, "--help"]).stdout).contains("Example: mpgx"), "{verb}");
+    }
+    for line in text(&run(folder.path(), &["list"]).stdout).lines() {
+        let name = line.split_whitespace().next().unwrap();
+        assert_eq!(run(folder.path(), &["check", name, "--pedantic"]).status.code(), Some(0), "{name}");
+        assert_eq!(run(folder.path(), &["explain", name]).status.code(), Some(0), "{name}");
+    }
+}
+
+#[test]
+fn golden_files_of_ones_own_are_written_and_compared() {
+    let folder = folder();
+    assert_eq!(run(folder.path(), &["test", "--bless"]).status.code(), Some(0));
+    assert_eq!(run(folder.path(), &["test"]).status.code(), Some(0));
+    let golden: PathBuf = folder.path().join("small.reward");
+    fs::write(&golden, fs::read_to_string(&golden).unwrap().replace("gap", "gab")).unwrap();
+    assert_eq!(run(folder.path(), &["test"]).status.code(), Some(1));
+}
