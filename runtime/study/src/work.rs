@@ -110,6 +110,7 @@ impl Work<'_> {
             if steps > saved && (interrupted || due) {
                 checkpoints.save(&trainer.course, &trainer.save(), &trainer.rows_since(saved))?;
                 (saved, saved_at) = (steps, seconds);
+                tracing::debug!(cell = cell.id, steps, "checkpoint");
             }
             if interrupted {
                 return Err(Halt::Interrupted);
@@ -141,6 +142,7 @@ impl Work<'_> {
         let policy = policy.filter(|_| record.failure.is_none()).map(|policy| policy.to_bytes());
         folder::write_cell(self.storage, cell, &self.study, &record, &timing, policy.as_deref())?;
         checkpoint::clear(self.storage, cell);
+        tracing::info!(cell = cell.id, steps, seconds, failed = record.failure.is_some(), "finished");
         self.progress.cell_finished(cell, &record, &timing);
         Ok(true)
     }
