@@ -32,6 +32,8 @@ pub struct File {
     /// The `//!` comment, without the marks.
     pub doc: String,
     pub items: Vec<Spanned<Item>>,
+    /// Where items with syntax errors stand, which are left out.
+    pub broken: Vec<Span>,
 }
 
 /// A top-level item. `doc` is the `///` comment before it.

@@ -254,7 +254,7 @@ impl<'a> Checker<'a> {
             None => {
                 let at = self.anywhere();
                 let problem = Problem::error(&settings::MISSING, "the scenario has no name");
-                self.report(
+                self.missing(
                     problem.at(at, "").help("begin with `scenario` and a name: `scenario square_unison`"),
                 );
             }

@@ -82,42 +82,42 @@ pub fn parse(sources: &Sources, file: usize, problems: &mut Problems) -> File {
     LIMIT.call_once(|| pest::set_call_limit(Some(MAX_CALLS)));
 
     let text = sources.file(file).text.as_str();
+    let unreadable = || File { broken: vec![Span { file, start: 0, end: text.len() }], ..File::default() };
     if text.len() > MAX_BYTES {
         let problem = Problem::error(
             &FILE_TOO_LARGE,
             format!("this file has {} bytes, the limit is {MAX_BYTES}", text.len()),
         );
         problems.push(problem.help("cut it into several files and `use` them"));
-        return File::default();
+        return unreadable();
     }
     if scan::forbidden(text, file, problems) {
-        return File::default();
+        return unreadable();
     }
     let (tokens, doc) = scan::tokens(text);
-    let mut items = Vec::new();
+    let (mut items, mut broken) = (Vec::new(), Vec::new());
     for piece in scan::pieces(text, &tokens, file, problems) {
         let tokens = tokens.get(piece.tokens).unwrap_or_default();
         let (Some(first), Some(last)) = (tokens.first(), tokens.last()) else { continue };
+        let start = tokens.iter().find(|token| token.kind != scan::Kind::Doc).map_or(0, |token| token.start);
+        let span = Span { file, start, end: last.end };
         if piece.broken || !syntax::begins_an_item(text, tokens, file, problems) {
+            broken.push(span);
             continue;
         }
         let context = Context { file, offset: first.start, text, problems: RefCell::new(problems) };
         match Grammar::parse(Rule::item, &text[first.start..last.end]) {
-            Ok(mut nodes) => {
-                let start =
-                    tokens.iter().find(|token| token.kind != scan::Kind::Doc).map_or(0, |token| token.start);
-                let span = Span { file, start, end: last.end };
-                items.extend(
-                    nodes
-                        .next()
-                        .and_then(|node| items::item(&context, node))
-                        .map(|node| Spanned { node, span }),
-                );
+            Ok(mut nodes) => match nodes.next().and_then(|node| items::item(&context, node)) {
+                Some(node) => items.push(Spanned { node, span }),
+                None => broken.push(span),
+            },
+            Err(error) => {
+                context.problem(syntax::problem(&context, tokens, error));
+                broken.push(span);
             }
-            Err(error) => context.problem(syntax::problem(&context, tokens, error)),
         }
     }
-    File { doc, items }
+    File { doc, items, broken }
 }
 
 #[cfg(test)]

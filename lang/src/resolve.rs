@@ -138,11 +138,9 @@ impl Program {
     pub fn find(&self, module: usize, space: Space, name: &str) -> Option<Entry> {
         let key = (space, name.to_owned());
         let seen = std::iter::once(module).chain(0..self.prelude);
-        let mut found = seen.filter_map(|m| {
-            let entries = self.modules.get(m)?.names.get(&key)?;
-            entries.iter().find(|entry| !entry.is_unknown()).or(entries.first())
-        });
-        found.next().copied()
+        let found: Vec<&Entry> =
+            seen.filter_map(|m| self.modules.get(m)?.names.get(&key)).flatten().collect();
+        found.iter().find(|entry| !entry.is_unknown()).or(found.first()).copied().copied()
     }
 
     /// All names of a space that a module sees.
@@ -150,6 +148,11 @@ impl Program {
         let seen = std::iter::once(module).chain(0..self.prelude);
         let modules = seen.filter_map(|m| self.modules.get(m));
         modules.flat_map(move |m| m.names.keys().filter(move |key| key.0 == space).map(|key| key.1.as_str()))
+    }
+
+    /// Whether a name stands for something that could not be read or imported, which was reported.
+    pub fn is_unknown(&self, module: usize, space: Space, name: &str) -> bool {
+        self.find(module, space, name).is_some_and(|entry| entry.is_unknown())
     }
 
     pub fn item(&self, id: ItemId) -> Option<&Spanned<Item>> {
@@ -234,6 +237,14 @@ impl Resolver<'_> {
                     self.import(module, name, &mut names);
                 }
             }
+        }
+        for broken in &file.broken {
+            // Its names are not known for sure, but nobody shall be told that they are unknown.
+            let text = self.sources.text(*broken);
+            let words =
+                text.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|word| !word.is_empty());
+            let all = if text.starts_with("use") { usize::MAX } else { 3 };
+            words.take(all).for_each(|word| unknown(word, *broken, &mut names));
         }
         let index = self.program.modules.len();
         for (number, item) in file.items.iter().enumerate() {

@@ -62,7 +62,7 @@ impl<'a> Checker<'a> {
         }
         if !learned {
             let problem = Problem::error(&MISSING, "no agent learns").at(self.anywhere(), "in this scenario");
-            self.report(problem.help("give a group `control = learned`"));
+            self.missing(problem.help("give a group `control = learned`"));
         }
     }
 

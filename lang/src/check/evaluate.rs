@@ -175,6 +175,10 @@ impl<'a> Checker<'a> {
     }
 
     fn nothing_to_change(&mut self, names: &[&str], span: Span) {
+        let main = self.program.main;
+        if names.first().is_some_and(|name| self.program.is_unknown(main, Space::Value, name)) {
+            return;
+        }
         let params = self.hir.params.iter().map(|param| param.name.as_str());
         let groups = self.hir.world.groups.iter().map(|group| group.name.as_str());
         let known: Vec<&str> = match names {
@@ -271,7 +275,7 @@ impl<'a> Checker<'a> {
             Some(meant) => format!("did you mean `{meant}`?"),
             None => format!("`learn` and `compare` name {}", listed(self.methods())),
         };
-        self.report(problem.help(help));
+        self.missing(problem.help(help));
         None
     }
 
@@ -296,7 +300,7 @@ impl<'a> Checker<'a> {
                 Some(meant) => format!("did you mean `{meant}`?"),
                 None => format!("a claim begins with an evaluation; there is {}", listed(protocols())),
             };
-            self.report(problem.help(help));
+            self.missing(problem.help(help));
             return None;
         }
         let names: Vec<&str> = metric.iter().map(|name| name.node.as_str()).collect();

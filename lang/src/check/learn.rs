@@ -33,7 +33,7 @@ impl<'a> Checker<'a> {
             None => {
                 let problem =
                     Problem::error(&MISSING, "nothing is learned").at(self.anywhere(), "no `learn` here");
-                self.report(problem.help("write for example `learn mpg with tuned { steps = 20000 }`"));
+                self.missing(problem.help("write for example `learn mpg with tuned { steps = 20000 }`"));
             }
             Some(((algorithm, preset, settings), _)) => {
                 if let Some(id) = self.item_named(Space::Algorithm, algorithm) {

@@ -36,7 +36,7 @@ impl<'a> Checker<'a> {
             other => {
                 let at = other.map_or_else(|| self.anywhere(), |(_, span)| span);
                 let problem = Problem::error(&MISSING, "the scenario has no reward").at(at, "");
-                self.report(problem.help("write for example `reward { gap = -|p[leader] - p[follower]| }`"));
+                self.missing(problem.help("write for example `reward { gap = -|p[leader] - p[follower]| }`"));
             }
         }
         let found = self.only("end", |item| match item {

@@ -18,7 +18,7 @@ impl<'a> Checker<'a> {
         });
         let Some((settings, span)) = found else {
             let problem = Problem::error(&MISSING, "the scenario has no `world`").at(self.anywhere(), "");
-            self.report(
+            self.missing(
                 problem.help("write for example `world { dt = 0.1 s, horizon = 200 steps, safety = 0.1 m }`"),
             );
             return;
@@ -90,6 +90,9 @@ impl<'a> Checker<'a> {
         if let Some(group) = groups().position(|group| group == name.node) {
             return Some(group);
         }
+        if self.program.is_unknown(self.program.main, Space::Value, &name.node) {
+            return None;
+        }
         let problem =
             Problem::error(&super::expr::UNKNOWN_NAME, format!("there is no group `{}`", name.node));
         let help = match self.meant(&name.node, groups()) {
@@ -136,7 +139,7 @@ impl<'a> Checker<'a> {
 
     fn no_observation(&mut self, at: Span) {
         let problem = Problem::error(&MISSING, "the learner observes nothing").at(at, "");
-        self.report(problem.help("write for example `observe { p[leader] - p[follower] }`"));
+        self.missing(problem.help("write for example `observe { p[leader] - p[follower] }`"));
     }
 
     fn observation(&mut self, item: &'a ast::ObserveItem) {

@@ -61,7 +61,8 @@ impl<'a> Checker<'a> {
                 Some(&group) => self.member_of(scope, group, index, at),
                 None => Expr::poison(at),
             },
-            None if entry.is_none() && scope.local(name).is_none() => self.expr(scope, of),
+            // Unknown, which `expr` knows how to say or that it was said.
+            None if scope.local(name).is_none() => self.expr(scope, of),
             _ => {
                 let problem = Problem::error(&BAD_INDEX, format!("`{name}` has no members"))
                     .at(at, "")
@@ -288,6 +289,9 @@ impl<'a> Checker<'a> {
                     return Some(IndexSet::Group(group));
                 }
                 let groups = || self.hir.world.groups.iter().map(|group| group.name.as_str());
+                if self.program.is_unknown(scope.module, Space::Value, name) {
+                    return None;
+                }
                 if self.program.find(scope.module, Space::Value, name).is_none()
                     && scope.local(name).is_none()
                 {

@@ -26,6 +26,13 @@ impl<'a> Checker<'a> {
         Some(first)
     }
 
+    /// Reports what the scenario as a whole lacks, unless it may stand in an item with a syntax error.
+    pub fn missing(&mut self, problem: Problem) {
+        if self.program.main().is_some_and(|main| main.file.broken.is_empty()) {
+            self.report(problem);
+        }
+    }
+
     /// Where to point at when something is missing in the scenario as a whole.
     pub fn anywhere(&self) -> Span {
         let named = self.main_items().find_map(|(_, item)| match &item.node {
