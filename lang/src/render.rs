@@ -164,7 +164,7 @@ impl Layout<'_> {
             Expr::Truth(true) => atom(Math::Word("true")),
             Expr::Truth(false) => atom(Math::Word("false")),
             Expr::Param(id) => atom(self.plan.params.get(*id).map_or(Math::Word("?"), |it| symbol(&it.name))),
-            Expr::World(WorldConstant::Dt) => atom(Math::Name("Δt".to_owned())),
+            Expr::World(WorldConstant::Dt) => atom(Math::Row(vec![Math::Word("Δ"), named("t")])),
             Expr::World(WorldConstant::Safety) => atom(named("C")),
             Expr::World(WorldConstant::Horizon) => atom(named("T")),
             Expr::Time => atom(named("t")),

@@ -22,15 +22,14 @@ fn tidy(math: &Math) -> String {
 fn print(math: &Math) -> String {
     match math {
         Math::Number(text) => commands(text),
-        Math::Name(text) if text.trim_end_matches('′').chars().count() == 1 || text == "Δt" => {
-            commands(text)
-        }
+        Math::Name(text) if text.trim_end_matches('′').chars().count() == 1 => commands(text),
         Math::Name(text) => format!("\\mathrm{{{}}}", commands(text)),
         Math::Word(text)
             if matches!(*text, "sin" | "cos" | "tan" | "exp" | "ln" | "tanh" | "min" | "max") =>
         {
             format!("\\{text}")
         }
+        Math::Word("Δ") => "\\Delta ".to_owned(),
         Math::Word(text) => format!("\\operatorname{{{text}}}"),
         Math::Infix(text) => format!(" {} ", commands(text)),
         Math::Mark(text) => commands(text),
@@ -94,7 +93,6 @@ fn commands(text: &str) -> String {
             '∀' => "\\forall\\, ",
             ':' => "\\mid",
             '′' => "'",
-            'Δ' => "\\Delta ",
             'α' => "\\alpha",
             'β' => "\\beta",
             'γ' => "\\gamma",
