@@ -388,7 +388,10 @@ impl Resolver<'_> {
             self.problems.push(
                 Problem::error(&MISPLACED_ITEM, "only the standard library declares what is built in")
                     .at(item.span, "`extern` has no implementation here")
-                    .help("give it a body: `fn name(…) -> type = …`"),
+                    .help(match item.node {
+                        Item::Function(_) => "give it a body: `fn name(…) -> type = …`",
+                        _ => "algorithms, controllers and bodies are those of the standard library",
+                    }),
             );
         } else if !main && !library && !provided {
             self.problems.push(

@@ -123,6 +123,10 @@ impl<'a> Checker<'a> {
             }
             (_, Type::Vector(_), Type::Number(_)) => problem.help(format!("`|{l}|` is the vector's length")),
             (_, Type::Number(_), Type::Vector(_)) => problem.help(format!("`|{r}|` is the vector's length")),
+            (_, Type::Truth, Type::Number(_)) if done(op) == "compared" => {
+                let count = format!("`(count(…) {l}) {} {r}`", symbol(op));
+                problem.help(format!("to compare how many there are, put the count in parentheses: {count}"))
+            }
             (_, Type::Truth, Type::Number(_)) => problem.help(format!("`if {l} then 1 else 0` is a number")),
             (_, Type::Number(_), Type::Truth) => problem.help(format!("`if {r} then 1 else 0` is a number")),
             _ => problem,

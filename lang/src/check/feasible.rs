@@ -143,11 +143,17 @@ impl Checker<'_> {
         let mut found = BTreeSet::new();
         case.groups_in(&lowered, group, &mut found);
         let Some(other) = found.into_iter().find(later).and_then(|other| groups.get(other)) else { return };
-        let message = format!("`{}` starts before `{}` has a place", own.name, other.name);
+        let alone = own.name == other.name;
+        let message = match alone {
+            true => format!("the start of `{}` depends on where `{}` is", own.name, own.name),
+            false => format!("`{}` starts before `{}` has a place", own.name, other.name),
+        };
         let problem =
             Problem::error(&START_ORDER, message).at(start.span, format!("depends on `{}`", other.name));
-        problems.push(match own.name == other.name {
-            true => problem.help("refer to other groups only, and keep distances by `require`"),
+        problems.push(match alone {
+            true => problem.help(
+                "refer to other groups only, also by slots of formations about them; `require` keeps distances",
+            ),
             false => problem
                 .with(other.span, "declared later")
                 .help(format!("declare `{}` before `{}`", other.name, own.name)),

@@ -148,8 +148,9 @@ impl<'a> Checker<'a> {
     fn type_remedy(&self, value: &Expr, wanted: &Type) -> Option<String> {
         let text = bare(self.sources.text(value.span));
         match (&value.type_, wanted) {
-            (Type::Number(_), Type::Truth) => {
-                Some(format!("compare it with something, for example `{text} > 0`"))
+            (Type::Number(dim), Type::Truth) => {
+                let zero = format!("0 {}", self.units.si(dim));
+                Some(format!("compare it with something, for example `{text} > {}`", zero.trim_end()))
             }
             (Type::Vector(_), Type::Number(_)) => {
                 Some(format!("`|{text}|` is its length, `.x` and `.y` are its parts"))
@@ -247,7 +248,7 @@ impl<'a> Checker<'a> {
 /// Without the parentheses around.
 fn bare(text: &str) -> &str {
     let inside = text.strip_prefix('(').and_then(|text| text.strip_suffix(')'));
-    inside.filter(|inside| !inside.contains(['(', ')'])).unwrap_or(text)
+    inside.filter(|inside| !inside.contains(['(', ')', ','])).unwrap_or(text)
 }
 
 /// What a number is multiplied from, with exponents.
