@@ -129,7 +129,7 @@ macro_rules! entry_points {
                 }
             }
 
-            /// [`backward`] and [`update`] in one pass over the weights.
+            /// [`backward`] and [`update`] in one pass over the weights: both for a few rows at a time.
             ///
             /// # Safety
             ///
@@ -138,7 +138,7 @@ macro_rules! entry_points {
             pub(super) unsafe fn backward_update(back: &Backward, a: &Update, inputs: usize) {
                 let mut from = 0;
                 while from < inputs {
-                    let to = (from + 16).min(inputs);
+                    let to = (from + super::BLOCK).min(inputs);
                     // SAFETY: the caller's promise; the gradient with respect to the inputs of these rows
                     // is complete before the rows change.
                     unsafe {
