@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::constant::{Constant, Constants};
 use crate::hir::{Change, Control, Expr, Hir, Protocol, Slots, World};
 use crate::inline::{Inliner, Refusal, Value, group_of as group_of_set};
-use crate::plan::{self, AgentRef, Area, GroupId, ParamId, Setting};
+use crate::plan::{self, AgentRef, Area, GroupId, IndexSet, ParamId, Quantity, Setting, VarId};
 
 pub struct Case<'s> {
     pub world: World,
@@ -132,29 +132,54 @@ impl<'s> Case<'s> {
 
     /// The groups whose positions an expression in the settings of a group depends on.
     pub fn groups_in(&self, expr: &plan::Expr, member_of: GroupId, found: &mut BTreeSet<GroupId>) {
-        let group_of = |agent: usize| {
-            let mut next = 0;
-            self.world.groups.iter().position(|group| {
-                next += group.size;
-                agent < next
-            })
-        };
         match expr {
             plan::Expr::Agent(_, AgentRef::Member) => drop(found.insert(member_of)),
-            plan::Expr::Agent(_, AgentRef::Fixed(agent)) => found.extend(group_of(*agent)),
+            plan::Expr::Agent(_, AgentRef::Fixed(agent)) => found.extend(self.group_of(*agent)),
             // Of a set, which is seen where the variable is bound.
             plan::Expr::Agent(_, AgentRef::Var(_)) => {}
             plan::Expr::Slot(formation, _) => {
                 found.extend(self.world.formations.get(*formation).map(|formation| formation.about));
             }
-            plan::Expr::Reduce { over, .. } => match group_of_set(over) {
-                Some(group) => drop(found.insert(group)),
-                None => found.extend(0..self.world.groups.len()),
-            },
+            plan::Expr::Reduce { over, .. } => found.extend(self.groups_of(over)),
             _ => {}
         }
-        for part in expr.parts() {
-            self.groups_in(part, member_of, found);
+        expr.parts().into_iter().for_each(|part| self.groups_in(part, member_of, found));
+    }
+
+    /// The groups whose members an expression asks whether they are outside.
+    pub fn asked_outside(
+        &self,
+        expr: &plan::Expr,
+        vars: &mut BTreeMap<VarId, Vec<GroupId>>,
+        found: &mut BTreeSet<GroupId>,
+    ) {
+        match expr {
+            plan::Expr::Agent(Quantity::Outside, AgentRef::Fixed(agent)) => {
+                found.extend(self.group_of(*agent))
+            }
+            plan::Expr::Agent(Quantity::Outside, AgentRef::Var(var)) => {
+                found.extend(vars.get(var).into_iter().flatten());
+            }
+            plan::Expr::Reduce { vars: bound, over, .. } => {
+                vars.extend(bound.iter().map(|var| (var.id, self.groups_of(over))));
+            }
+            _ => {}
+        }
+        expr.parts().into_iter().for_each(|part| self.asked_outside(part, vars, found));
+    }
+
+    fn group_of(&self, agent: usize) -> Option<GroupId> {
+        let mut next = 0;
+        self.world.groups.iter().position(|group| {
+            next += group.size;
+            agent < next
+        })
+    }
+
+    fn groups_of(&self, set: &IndexSet) -> Vec<GroupId> {
+        match group_of_set(set) {
+            Some(group) => vec![group],
+            None => (0..self.world.groups.len()).collect(),
         }
     }
 

@@ -22,6 +22,7 @@ pub const ALL: &[&Code] = &[
     &check::expr::CIRCULAR,
     &check::expr::UNKNOWN_NAME,
     &check::expr::WRONG_KIND,
+    &check::feasible::NEVER_OUTSIDE,
     &check::feasible::SLOTS_TOO_CLOSE,
     &check::feasible::SLOT_COUNT,
     &check::fits::TYPE_MISMATCH,

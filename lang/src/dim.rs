@@ -131,6 +131,11 @@ impl Substitution {
         Some(result)
     }
 
+    /// Whether a pattern has a variable that nothing is known of.
+    pub fn has_free(&self, pattern: &Dim, generics: &[String]) -> bool {
+        pattern.factors().any(|(name, _)| generics.iter().any(|g| g == name) && !self.0.contains_key(name))
+    }
+
     /// Makes `pattern`, a dimension with variables, equal to `actual` by choosing at most one variable that is
     /// still free. False if that cannot be done.
     pub fn unify(&mut self, pattern: &Dim, actual: &Dim, generics: &[String]) -> bool {

@@ -41,11 +41,16 @@ impl<'a> Checker<'a> {
                 }
             };
             let mut default = checked.default.clone().unwrap_or_else(|| {
+                let written = self.sources.text(item.span).to_owned();
+                let example = self.units.example("1", &dim).unwrap_or_else(|| "1".to_owned());
+                let problem = Problem::error(&MISSING_VALUE, format!("`{}` needs a value", name.node));
+                let problem = problem.at(name.span, "has none");
                 self.poison(
                     name.span,
-                    Problem::error(&MISSING_VALUE, format!("`{}` needs a value", name.node))
-                        .at(name.span, "")
-                        .help(format!("write `param {} = 1 m`", name.node)),
+                    match checked.range {
+                        None => problem.help(format!("write for example `{written} = {example}`")),
+                        Some(_) => problem.help(format!("give it one before `in`: `= {example} in …`")),
+                    },
                 )
             });
             if told {

@@ -1,7 +1,7 @@
 //! Values out of range and arrangements that cannot work, in training and in each evaluation.
 
 use std::cell::Cell;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::Checker;
 use super::value::OUT_OF_RANGE;
@@ -34,6 +34,7 @@ impl Checker<'_> {
         let mut problems = Vec::new();
         problems.extend(self.hir.bounds.iter().filter_map(|bound| self.out_of_bounds(case, bound)));
         self.world_limits(case, &mut problems);
+        self.never_outside(case, &mut problems);
         for (number, group) in case.world.groups.iter().enumerate() {
             self.start_order(case, number, &mut problems);
             for setting in [&group.arena, &group.speed].into_iter().flatten() {
@@ -62,9 +63,8 @@ impl Checker<'_> {
         let at = bound.value.span;
         let text = self.sources.text(at);
         if bound.whole && (value.fract() != 0.0 || value < 0.0) {
-            let problem =
-                Problem::error(&OUT_OF_RANGE, format!("`{}` must be a whole number from 0", bound.name))
-                    .at(at, if value < 0.0 { "negative" } else { "not whole" });
+            let problem = Problem::error(&OUT_OF_RANGE, format!("`{}` must be a whole number", bound.name))
+                .at(at, if value < 0.0 { "negative" } else { "not whole" });
             return Some(problem.with(bound.declared, "declared here"));
         }
         let (low, high) = bound.range.as_ref()?;
@@ -124,6 +124,27 @@ impl Checker<'_> {
                 if wrong(low, high) {
                     problems.push(empty_range(span, &format!("the {name} of the arena")));
                 }
+            }
+        }
+    }
+
+    /// An end that asks whether agents are outside of arenas that they do not have.
+    fn never_outside(&self, case: &Case, problems: &mut Vec<Problem>) {
+        for end in &case.world.ends {
+            let Ok(Value::Expr(when)) = case.value(&end.when) else { continue };
+            let mut found = BTreeSet::new();
+            case.asked_outside(&when, &mut BTreeMap::new(), &mut found);
+            let groups: Vec<_> = found.iter().filter_map(|group| case.world.groups.get(*group)).collect();
+            if let [first, ..] = groups.as_slice()
+                && groups.iter().all(|group| group.arena.is_none())
+            {
+                let problem = Problem::warning(&NEVER_OUTSIDE, format!("`{}` is never outside", first.name))
+                    .at(end.when.span, "asks whether it is")
+                    .with(first.span, "has no `arena`");
+                problems.push(problem.help(format!(
+                    "give `{}` one, for example `arena = box(-2 m .. 2 m, -2 m .. 2 m)`",
+                    first.name
+                )));
             }
         }
     }
@@ -289,6 +310,16 @@ do what they should would collide.
     world { dt = 0.1 s, safety = 0.1 m }
     formation F of follower = square(0.05 m) about leader       // wrong
     formation F of follower = square(0.4 m) about leader        // right",
+};
+
+pub const NEVER_OUTSIDE: Code = Code {
+    name: "never-outside",
+    explain: "\
+`outside(i)` asks whether an agent has left its arena. Without an `arena` there is nothing to leave, so an end that
+asks for it never comes.
+
+    agent follower : point { speed = …, control = learned, start = … }      // add an `arena`
+    end { lost when outside(follower) }",
 };
 
 pub const START_ORDER: Code = Code {

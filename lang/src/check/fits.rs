@@ -123,7 +123,14 @@ impl<'a> Checker<'a> {
         if agree {
             return value;
         }
-        let (have, want) = (self.describe(&value.type_), self.describe(wanted));
+        let have = self.describe(&value.type_);
+        let want = match (wanted, generics) {
+            // Of a dimension that nothing has fixed yet.
+            (Type::Number(dim), [_, ..]) if solved.has_free(dim, generics) => "a number".to_owned(),
+            (Type::Vector(dim), [_, ..]) if solved.has_free(dim, generics) => "a vector".to_owned(),
+            (Type::Number(dim), _) => self.units.people(&solved.apply(dim, generics).unwrap_or_default()),
+            _ => self.describe(wanted),
+        };
         let problem = Problem::error(&TYPE_MISMATCH, format!("{} must be {want}, not {have}", why.what))
             .at(value.span, format!("this is {have}"));
         let problem = why.show(problem, &want);
@@ -215,16 +222,21 @@ impl<'a> Checker<'a> {
                 false => format!("give the factor `{text}` {}: `{example}`", self.units.people(&dim)),
             });
         }
+        let value = if let Kind::Unary(UnaryOp::Neg, positive) = &value.kind { positive } else { value };
+        let text = self.sources.text(value.span);
+        let sum = matches!(value.kind, Kind::Binary(BinaryOp::Add | BinaryOp::Sub, ..) | Kind::Reduce { .. });
+        let (name, factor) = match text.chars().count() {
+            0..=30 if sum && bare(text) == text => (format!("`{text}`"), format!("({text})")),
+            0..=30 => (format!("`{text}`"), text.to_owned()),
+            _ => ("this".to_owned(), "…".to_owned()),
+        };
         if missing.factors().all(|(_, exponent)| exponent.value() < 0.0) {
             let inverse = Dim::none().div(&missing)?;
-            let example = self.units.example("1", &inverse)?;
-            return Some(format!(
-                "divide it by {}, for example `… / {example}`",
-                self.units.people(&inverse)
-            ));
+            let (by, example) = (self.units.people(&inverse), self.units.example("1", &inverse)?);
+            return Some(format!("divide {name} by {by}, for example `{factor} / {example}`"));
         }
-        let example = self.units.example("1", &missing)?;
-        Some(format!("multiply it by {}, for example `{example} * …`", self.units.people(&missing)))
+        let (by, example) = (self.units.people(&missing), self.units.example("1", &missing)?);
+        Some(format!("multiply {name} by {by}, for example `{example} * {factor}`"))
     }
 
     /// A number of any dimension; poison for anything else.

@@ -43,13 +43,15 @@ impl<'a> Checker<'a> {
     }
 
     /// Each setting of a block by its name, which must be one of those known.
-    pub fn settings(
+    /// A misspelt one is taken for what was likely meant, so that this is not reported as missing.
+    pub fn settings<'k>(
         &mut self,
         of: &str,
         all: &'a [Assignment],
-        known: &[&str],
-    ) -> BTreeMap<&'a str, &'a Assignment> {
+        known: &[&'k str],
+    ) -> BTreeMap<&'k str, &'a Assignment> {
         let mut found: BTreeMap<&str, &Assignment> = BTreeMap::new();
+        let key = |name: &str| known.iter().copied().find(|known| *known == name);
         for setting in all {
             let [name] = setting.path.as_slice() else {
                 let span = path_span(&setting.path);
@@ -61,13 +63,18 @@ impl<'a> Checker<'a> {
                 );
                 continue;
             };
-            if !known.contains(&name.node.as_str()) {
-                self.unknown_setting(of, name, known);
-            } else if let Some(first) = found.get(name.node.as_str()) {
-                let first = path_span(&first.path);
-                self.given_twice(name, first);
-            } else {
-                found.insert(&name.node, setting);
+            match key(&name.node) {
+                None => {
+                    self.unknown_setting(of, name, known);
+                    let meant = self.meant(&name.node, known.iter().copied());
+                    if let Some(meant) = meant.and_then(|meant| key(&meant)) {
+                        found.entry(meant).or_insert(setting);
+                    }
+                }
+                Some(known) => match found.get(known).map(|first| path_span(&first.path)) {
+                    Some(first) => self.given_twice(name, first),
+                    None => drop(found.insert(known, setting)),
+                },
             }
         }
         found
@@ -94,18 +101,19 @@ impl<'a> Checker<'a> {
     pub fn fixed(&mut self, setting: &'a Assignment, type_: &Type) -> Expr {
         let Some(name) = setting.path.last() else { return Expr::poison(setting.value.span) };
         self.undrawn(setting);
-        let mut scope = Scope::of(self.program.main);
-        self.wanted(&mut scope, &setting.value, type_, &Wanted::by(format!("`{}`", name.node)))
+        let mut scope = Scope { draws: setting.random, ..Scope::of(self.program.main) };
+        let value = self.wanted(&mut scope, &setting.value, type_, &Wanted::by(format!("`{}`", name.node)));
+        if setting.random { Expr::poison(value.span) } else { value }
     }
 
     /// Refuses `~`.
     pub fn undrawn(&mut self, setting: &'a Assignment) {
         if setting.random {
-            let (path, value) = (path_span(&setting.path), self.sources.text(setting.value.span));
+            let path = path_span(&setting.path);
             let name = self.sources.text(path);
             let problem = Problem::error(&MISPLACED_DRAW, format!("`{name}` is not drawn"))
                 .at(path, "the same in all episodes")
-                .help(format!("write `{name} = {value}`"));
+                .help(format!("give it a fixed value: `{name} = …`"));
             self.report(problem);
         }
     }
@@ -113,9 +121,12 @@ impl<'a> Checker<'a> {
     /// A value for a parameter of something that Rust provides.
     pub fn setting(&mut self, setting: &'a Assignment, param: &Parameter, module: usize) -> Expr {
         self.undrawn(setting);
-        let mut scope = Scope::of(module);
+        let mut scope = Scope { draws: setting.random, ..Scope::of(module) };
         let why = Wanted::declared(format!("`{}`", param.name), param.span);
         let value = self.wanted(&mut scope, &setting.value, &param.type_, &why);
+        if setting.random {
+            return Expr::poison(value.span);
+        }
         self.bound(param, &value);
         value
     }
