@@ -260,3 +260,21 @@ fn everything_in_the_standard_library_is_sound() {
         assert!(result.plan.is_some(), "{}", render(&result.problems, &result.sources, Style::Plain));
     }
 }
+
+#[test]
+fn what_is_left_out_has_a_default() {
+    let plan = plan(
+        "scenario least
+         world { dt = 0.1 s }
+         agent robot : point { control = learned, speed = -1 m/s .. 1 m/s, start = (0 m, 0 m) }
+         observe { p[robot] }
+         reward { near = -|p[robot]| }
+         learn td3",
+    );
+    assert_eq!((plan.seeds, plan.world.horizon, plan.world.safety_m), (10, 200, 0.0));
+    let protocols: Vec<_> = plan.protocols.iter().map(|p| (p.name.as_str(), p.episodes)).collect();
+    assert_eq!(protocols, [("held_out", 100)]);
+    assert_eq!(plan.world.groups[0].arena, None);
+    assert_eq!(plan.learners[0].what.settings["gamma"], Setting::Number(0.99));
+    assert!(plan.controllers.is_empty() && plan.world.ends.is_empty());
+}
