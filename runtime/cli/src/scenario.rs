@@ -14,7 +14,9 @@ use crate::failure::{Exit, Failure};
 /// The scenarios that come with mpgx: name and text.
 pub const EMBEDDED: &[(&str, &str)] = &[
     ("square_unison", include_str!("../../../scenarios/square_unison.scn")),
+    ("square_unison_points", include_str!("../../../scenarios/square_unison_points.scn")),
     ("track_random", include_str!("../../../scenarios/track_random.scn")),
+    ("track_random_unicycle", include_str!("../../../scenarios/track_random_unicycle.scn")),
 ];
 
 /// A source file may not be larger than this.
