@@ -1,5 +1,7 @@
 //! The binary as a user meets it: two commands, exit codes, kills, resumes, slower kernels; always the same study hash.
 
+#![allow(clippy::unwrap_used)]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
