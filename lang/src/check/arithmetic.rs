@@ -6,6 +6,7 @@ use crate::ast::{ExprAt, Span};
 use crate::dim::{Dim, Ratio};
 use crate::hir::{Expr, Kind, Type};
 use crate::plan::{BinaryOp, Function, UnaryOp};
+use crate::print::operator;
 use crate::problem::{Code, Problem};
 
 impl<'a> Checker<'a> {
@@ -40,7 +41,7 @@ impl<'a> Checker<'a> {
             return self.power(scope, left, right, at);
         }
         if matches!(op, BinaryOp::And | BinaryOp::Or) {
-            let why = Wanted::by(format!("each side of `{}`", symbol(op)));
+            let why = Wanted::by(format!("each side of `{}`", operator(op)));
             let left = self.wanted(scope, left, &Type::Truth, &why);
             let right = self.wanted(scope, right, &Type::Truth, &why);
             return self.combined(op, left, right, Some(Type::Truth), at);
@@ -119,12 +120,12 @@ impl<'a> Checker<'a> {
             )),
             (BinaryOp::Div, _, Type::Vector(_)) => problem.help(format!("divide by its length: `|{r}|`")),
             (_, Type::Vector(_), Type::Vector(_)) => {
-                problem.help(format!("compare their lengths: `|{l}| {} |{r}|`", symbol(op)))
+                problem.help(format!("compare their lengths: `|{l}| {} |{r}|`", operator(op)))
             }
             (_, Type::Vector(_), Type::Number(_)) => problem.help(format!("`|{l}|` is the vector's length")),
             (_, Type::Number(_), Type::Vector(_)) => problem.help(format!("`|{r}|` is the vector's length")),
             (_, Type::Truth, Type::Number(_)) if done(op) == "compared" => {
-                let count = format!("`(count(…) {l}) {} {r}`", symbol(op));
+                let count = format!("`(count(…) {l}) {} {r}`", operator(op));
                 problem.help(format!("to compare how many there are, put the count in parentheses: {count}"))
             }
             (_, Type::Truth, Type::Number(_)) => problem.help(format!("`if {l} then 1 else 0` is a number")),
@@ -252,25 +253,6 @@ fn fraction(expr: &Expr) -> Option<Ratio> {
 
 fn exponent_too_large(at: Span) -> Problem {
     Problem::error(&BAD_EXPONENT, "the exponents of this dimension get too large").at(at, "")
-}
-
-/// As it is written.
-pub fn symbol(op: BinaryOp) -> &'static str {
-    match op {
-        BinaryOp::Add => "+",
-        BinaryOp::Sub => "-",
-        BinaryOp::Mul => "*",
-        BinaryOp::Div => "/",
-        BinaryOp::Pow => "^",
-        BinaryOp::Less => "<",
-        BinaryOp::LessEq => "<=",
-        BinaryOp::Greater => ">",
-        BinaryOp::GreaterEq => ">=",
-        BinaryOp::Equal => "==",
-        BinaryOp::NotEqual => "!=",
-        BinaryOp::And => "and",
-        BinaryOp::Or => "or",
-    }
 }
 
 /// "a and b cannot be …"

@@ -7,6 +7,7 @@ use crate::dim::Dim;
 use crate::hir::{Expr, Kind, Over, Type};
 use crate::inline::group_of;
 use crate::plan::{FormationId, GroupId, IndexSet, Quantity, Reduction};
+use crate::print::reduction;
 use crate::problem::{Code, Problem};
 use crate::resolve::{ItemId, Space, listed};
 
@@ -214,7 +215,7 @@ impl<'a> Checker<'a> {
     ) -> Expr {
         let depth = scope.locals.len();
         let checked = self.over(scope, over);
-        let word = reduction_word(op.node);
+        let word = reduction(op.node);
         let truth = matches!(op.node, Reduction::Count | Reduction::Any | Reduction::All);
         let body = if truth {
             self.wanted(scope, body, &Type::Truth, &Wanted::by(format!("what `{word}` is taken of")))
@@ -326,18 +327,6 @@ impl<'a> Checker<'a> {
             .help(format!("sets are {}", listed(groups.chain(["all", "pairs(all)"]))));
         self.report(problem);
         None
-    }
-}
-
-fn reduction_word(op: Reduction) -> &'static str {
-    match op {
-        Reduction::Sum => "sum",
-        Reduction::Mean => "mean",
-        Reduction::Min => "min",
-        Reduction::Max => "max",
-        Reduction::Count => "count",
-        Reduction::Any => "any",
-        Reduction::All => "all",
     }
 }
 
