@@ -65,8 +65,13 @@ impl Constants {
                 Truth(false) => self.value(otherwise)?,
                 _ => return None,
             },
-            Expr::Time | Expr::State(_) | Expr::Agent(..) | Expr::Slot(..) => return None,
-            Expr::Reduce { .. } | Expr::Draw { .. } => return None,
+            Expr::Element(list, number) => {
+                let number = self.number(number)?.floor().max(1.0) as usize;
+                self.value(list.get(number - 1).or(list.last())?)?
+            }
+            Expr::Time | Expr::State(_) | Expr::Agent(..) | Expr::Slot(..) | Expr::Rest(..) => return None,
+            Expr::Reduce { .. } | Expr::Draw { .. } | Expr::Track(..) | Expr::Measured(_) => return None,
+            Expr::Clearance(..) | Expr::Same(..) | Expr::MemberNumber(_) => return None,
         })
     }
 }

@@ -124,6 +124,12 @@ impl Text<'_> {
                 self.hir.world.groups.get(*group).map_or("?", |group| &group.name).to_owned()
             }
             IndexSet::Pairs(set) => format!("pairs({})", self.set(set)),
+            IndexSet::Obstacles => "obstacles".to_owned(),
+            IndexSet::Edges(formation) => {
+                let formation = self.hir.world.formations.get(*formation);
+                format!("edges({})", formation.map_or("?", |formation| &formation.name))
+            }
+            IndexSet::Nearest { count, among, .. } => format!("the {count} nearest of {}", self.set(among)),
         }
     }
 }

@@ -8,7 +8,7 @@ pub fn meaning_hash(plan: &Plan) -> String {
     let mut plan = plan.clone();
     plan.doc.clear();
     for param in &mut plan.params {
-        (param.doc, param.at) = (String::new(), Place::default());
+        (param.doc, param.text, param.at) = (String::new(), String::new(), Place::default());
     }
     for method in plan.learners.iter_mut().chain(&mut plan.controllers) {
         method.at = Place::default();

@@ -239,7 +239,8 @@ impl<'h> Inliner<'h> {
 /// The group that all members of a set belong to, if there is one.
 pub fn group_of(set: &IndexSet) -> Option<GroupId> {
     match set {
-        IndexSet::All => None,
+        IndexSet::All | IndexSet::Obstacles | IndexSet::Edges(_) => None,
+        IndexSet::Nearest { among, .. } => group_of(among),
         IndexSet::Group(group) => Some(*group),
         IndexSet::Pairs(set) => group_of(set),
     }

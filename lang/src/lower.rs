@@ -10,8 +10,8 @@ use crate::check::value::{not_constant, too_large};
 use crate::hir::{self, Hir, Output, Type};
 use crate::inline::{Inliner, Refusal, Value};
 use crate::plan::{
-    Claim, Control, Each, End, Expr, Extern, Formation, Group, Method, Motion, MotionOutput, MotionState,
-    Observation, Param, Plan, Protocol, Slots, Term, World,
+    Claim, Constraint, Control, Each, End, Expr, Extern, Formation, Frame, Graph, Group, Method, Motion,
+    MotionOutput, MotionState, Observation, Param, Plan, Protocol, Slots, Term, World,
 };
 use crate::problem::{Code, Problem, Problems};
 use crate::source::Sources;
@@ -61,6 +61,10 @@ pub fn lower(hir: &Hir, units: &Units, sources: &Sources, problems: &mut Problem
         seeds,
         protocols,
         claims,
+        tracks: Vec::new(),
+        stages: Vec::new(),
+        variants: Vec::new(),
+        tests: Vec::new(),
     })
 }
 
@@ -113,6 +117,7 @@ impl<'a> Lower<'a> {
             doc: param.doc.clone(),
             value: self.constant(param.value, param.span)?,
             dimension: self.units.name(&param.dim),
+            text: self.sources.text(param.default.span).to_owned(),
             at: self.sources.place(param.span),
         })
     }
@@ -139,6 +144,8 @@ impl<'a> Lower<'a> {
             safety_m: self.number(world.safety.as_ref()?)?,
             groups: world.groups.iter().map(|group| self.group(group)).collect::<Option<_>>()?,
             formations: world.formations.iter().map(|f| self.formation(f)).collect::<Option<_>>()?,
+            randomise: Vec::new(),
+            shared: None,
             require: world.require.iter().map(|condition| self.expr(condition)).collect::<Option<_>>()?,
             observe: world.observe.iter().map(|o| self.observation(o)).collect::<Option<_>>()?,
             reward: world.reward.iter().map(|term| self.term(term)).collect::<Option<_>>()?,
@@ -164,6 +171,9 @@ impl<'a> Lower<'a> {
         Some(Group {
             name: group.name.clone(),
             size: group.size,
+            solid: None,
+            stops: Vec::new(),
+            radius_m: 0.0,
             body: self.extern_(group.body.as_ref()?)?,
             arena,
             speed_mps: self.constant(self.case.range(speed), speed.span)?,
@@ -212,8 +222,9 @@ impl<'a> Lower<'a> {
             name: formation.name.clone(),
             shape: shape.what.name.clone(),
             group: formation.group,
-            about: before.map(|group| group.size).sum(),
-            slots,
+            about: Some(before.map(|group| group.size).sum()),
+            constraint: Constraint::Displacements { slots, frame: Frame::Global },
+            graph: Graph::Star,
             at: self.sources.place(formation.span),
         })
     }
@@ -233,6 +244,8 @@ impl<'a> Lower<'a> {
             value: self.told(value, observation.value.span)?,
             vector: matches!(observation.value.type_, Type::Vector(_)),
             over,
+            noise: None,
+            delay: 0,
             at: self.sources.place(observation.span),
         })
     }
@@ -260,6 +273,7 @@ impl<'a> Lower<'a> {
         Some(End {
             name: end.name.clone(),
             when: self.expr(&end.when)?,
+            failure: true,
             cost,
             at: self.sources.place(end.span),
         })

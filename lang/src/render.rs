@@ -1,15 +1,17 @@
 //! Expressions of a Plan in mathematical notation: one layout, printed as plain text, MathML or LaTeX.
 //!
-//! p is position, v velocity, θ heading, A an arena, C the safety distance, Δt the time step, T the steps of an
-//! episode, t time; `#{… : …}` counts. Parentheses stand only where the tree would be read otherwise.
+//! p is position, v velocity, u command, Δu its change, θ heading, A an arena, d(i, j) the distance of outlines,
+//! C the safety distance, Δt the time step, T the steps of an episode, t time; F_i is a place of formation F, F_{i,j}
+//! the distance it wants of neighbours, E(F) its edges, O all obstacles, N_k(i) the k nearest to i; `#{… : …}` counts.
+//! Parentheses stand only where the tree would be read otherwise.
 
 pub mod latex;
 pub mod mathml;
 pub mod text;
 
 use crate::plan::{
-    AgentRef, BinaryOp, Binder, Distribution, Expr, Function, IndexSet, Plan, Quantity, Reduction, UnaryOp,
-    VarId, World, WorldConstant,
+    AgentRef, BinaryOp, Binder, Distribution, Expr, FormationId, Function, IndexSet, Measure, Plan, Quantity,
+    Reduction, UnaryOp, VarId, World, WorldConstant,
 };
 
 /// A formula as it is set.
@@ -53,7 +55,9 @@ enum Level {
 }
 
 fn layout(plan: &Plan, world: &World, expr: &Expr) -> Math {
-    Layout { plan, world, scope: Vec::new() }.free(expr)
+    let shared = world.shared.iter().flat_map(|shared| [Some(&shared.var), shared.rewarded.as_ref()]);
+    let scope = shared.flatten().map(|var| (var.id, var.name.clone())).collect();
+    Layout { plan, world, scope }.free(expr)
 }
 
 /// `k_c` as k with the subscript c.
@@ -196,14 +200,49 @@ impl Layout<'_> {
                     Quantity::Velocity => "v",
                     Quantity::Heading => "θ",
                     Quantity::Position | Quantity::Outside => "p",
+                    Quantity::Command => "u",
+                    Quantity::CommandChange => {
+                        let command = subscript(named("u"), self.agent(*agent));
+                        return atom(Math::Row(vec![Math::Word("Δ"), command]));
+                    }
                 };
                 atom(subscript(named(letter), self.agent(*agent)))
             }
             Expr::Slot(formation, agent) => {
-                let name =
-                    self.world.formations.get(*formation).map_or(Math::Word("?"), |it| symbol(&it.name));
-                atom(subscript(name, self.agent(*agent)))
+                atom(subscript(self.formation_name(*formation), self.agent(*agent)))
             }
+            Expr::Rest(formation, a, b) => {
+                let below = Math::Row(vec![self.agent(*a), Math::Mark(","), self.agent(*b)]);
+                atom(subscript(self.formation_name(*formation), below))
+            }
+            Expr::Clearance(a, b) => {
+                let between = Math::Row(vec![self.agent(*a), Math::Mark(", "), self.agent(*b)]);
+                atom(Math::Row(vec![named("d"), parentheses(between)]))
+            }
+            Expr::Same(a, b) => {
+                (Math::Row(vec![self.agent(*a), Math::Infix("="), self.agent(*b)]), Level::Comparison)
+            }
+            Expr::MemberNumber(agent) => {
+                atom(Math::Row(vec![Math::Word("number"), parentheses(self.agent(*agent))]))
+            }
+            Expr::Element(list, number) => {
+                let list = self.called(None, &list.iter().collect::<Vec<_>>());
+                atom(subscript(list, self.free(number)))
+            }
+            Expr::Track(track, time) => {
+                let name = self.plan.tracks.get(*track).map_or(Math::Word("?"), |it| symbol(&it.name));
+                atom(Math::Row(vec![name, self.called(None, &[time.as_ref()])]))
+            }
+            Expr::Measured(measure) => atom(match measure {
+                Measure::Term(term) => {
+                    self.world.reward.get(*term).map_or(Math::Word("?"), |it| symbol(&it.name))
+                }
+                Measure::Reward => Math::Word("reward"),
+                Measure::Error => Math::Word("error"),
+                Measure::Ended(end) => {
+                    self.world.ends.get(*end).map_or(Math::Word("?"), |it| symbol(&it.name))
+                }
+            }),
             Expr::Reduce { op, vars, over, filter, body } => {
                 self.reduce(*op, vars, over, filter.as_deref(), body)
             }
@@ -356,10 +395,11 @@ impl Layout<'_> {
             }
             self.scope.push((var.id, name));
         }
+        let between = if matches!(over, IndexSet::Edges(_)) { Math::Mark(", ") } else { Math::Infix("<") };
         let mut below = Vec::new();
-        for (_, name) in &self.scope[outer..] {
+        for (_, name) in self.scope.iter().skip(outer) {
             if !below.is_empty() {
-                below.push(Math::Infix("<"));
+                below.push(between.clone());
             }
             below.push(named(name));
         }
@@ -395,7 +435,20 @@ impl Layout<'_> {
             IndexSet::All => Math::Word("all"),
             IndexSet::Group(id) => self.world.groups.get(*id).map_or(Math::Word("?"), |it| named(&it.name)),
             IndexSet::Pairs(of) => self.set_name(of),
+            IndexSet::Obstacles => named("O"),
+            IndexSet::Edges(formation) => {
+                Math::Row(vec![named("E"), parentheses(self.formation_name(*formation))])
+            }
+            IndexSet::Nearest { count, to, among } => {
+                let nearest = subscript(named("N"), Math::Number(count.to_string()));
+                let to = Math::Row(vec![self.agent(*to), Math::Mark("; "), self.set_name(among)]);
+                Math::Row(vec![nearest, parentheses(to)])
+            }
         }
+    }
+
+    fn formation_name(&self, formation: FormationId) -> Math {
+        self.world.formations.get(formation).map_or(Math::Word("?"), |it| symbol(&it.name))
     }
 }
 

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use mpgx_lang::plan::{BinaryOp, Control, Expr, Motion, MotionOutput, Plan, Setting, Slots, UnaryOp};
+use mpgx_lang::plan::{
+    BinaryOp, Constraint, Control, Expr, Frame, Motion, MotionOutput, Plan, Setting, Slots, UnaryOp,
+};
 use mpgx_lang::problem::{Style, render};
 use mpgx_lang::source::{Loader, NoFiles};
 use mpgx_lang::{Compilation, Override, compile, meaning_hash};
@@ -49,10 +51,11 @@ fn the_square_means_what_it_says() {
     let side = || Expr::Unary(UnaryOp::Neg, Box::new(Expr::Param(0)));
     let vector = |x, y| Expr::Vector(Box::new(x), Box::new(y));
     let formation = &plan.world.formations[0];
-    assert_eq!((formation.group, formation.about, formation.shape.as_str()), (1, 0, "square"));
+    assert_eq!((formation.group, formation.about, formation.shape.as_str()), (1, Some(0), "square"));
     let zero = || Expr::Number(0.0);
     let slots = vec![vector(side(), zero()), vector(side(), side()), vector(zero(), side())];
-    assert_eq!(formation.slots, Slots::List(slots));
+    let displacements = Constraint::Displacements { slots: Slots::List(slots), frame: Frame::Global };
+    assert_eq!(formation.constraint, displacements);
     assert_eq!(plan.world.observe[0].text, "F[i] - p[i] for i in follower");
     assert!(plan.world.observe[0].vector);
     assert_eq!(plan.world.reward[1].dimension, "length");
@@ -103,7 +106,9 @@ fn protocols_have_a_world_only_where_it_differs() {
     assert_eq!(changed.episodes, 7);
     let world = changed.world.expect("another world");
     assert_eq!((world.horizon, world.groups[0].speed_mps), (50, (-1.0, 1.0)));
-    let Slots::List(slots) = &world.formations[0].slots else { panic!("a list") };
+    let Constraint::Displacements { slots: Slots::List(slots), .. } = &world.formations[0].constraint else {
+        panic!("a list")
+    };
     let expected = Expr::Vector(Box::new(Expr::Number(-0.5)), Box::new(Expr::Number(0.0)));
     assert_eq!(slots[0], expected, "a changed parameter is a number");
 }

@@ -128,6 +128,7 @@ fn drawn(distribution: &Distribution) -> &'static str {
 fn called(quantity: Quantity) -> Option<&'static str> {
     match quantity {
         Quantity::Position | Quantity::Velocity | Quantity::Heading => None,
+        Quantity::Command | Quantity::CommandChange => None,
         Quantity::Outside => Some("outside"),
     }
 }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::plan::{Area, Control, Extern, Formation, Group, Param, Place, Slots};
+use crate::plan::{Area, Constraint, Control, Extern, Formation, Frame, Graph, Group, Param, Place, Slots};
 
 fn world() -> (Plan, World) {
     let group = |name: &str, size| Group {
@@ -9,15 +9,15 @@ fn world() -> (Plan, World) {
         arena: Some(Area { x_m: (-1.0, 1.0), y_m: (-1.0, 1.0) }),
         speed_mps: (-1.0, 1.0),
         control: Control::Learned,
-        start: None,
-        at: Place::default(),
+        ..Group::default()
     };
     let formation = Formation {
         name: "F".to_owned(),
         shape: "square".to_owned(),
         group: 1,
-        about: 0,
-        slots: Slots::List(Vec::new()),
+        about: Some(0),
+        constraint: Constraint::Displacements { slots: Slots::List(Vec::new()), frame: Frame::Global },
+        graph: Graph::Star,
         at: Place::default(),
     };
     let world = World {
@@ -26,28 +26,22 @@ fn world() -> (Plan, World) {
         safety_m: 0.1,
         groups: vec![group("leader", 1), group("follower", 3)],
         formations: vec![formation],
-        require: Vec::new(),
-        observe: Vec::new(),
-        reward: Vec::new(),
-        ends: Vec::new(),
+        ..World::default()
     };
     let param = |name: &str| Param {
         name: name.to_owned(),
         doc: String::new(),
         value: 1.0,
         dimension: "length".to_owned(),
-        at: Place::default(),
+        ..Param::default()
     };
     let plan = Plan {
         name: "test".to_owned(),
         doc: String::new(),
         params: ["k_c", "side", "sigma", "x<&\"_b"].map(param).to_vec(),
         world: world.clone(),
-        learners: Vec::new(),
-        controllers: Vec::new(),
         seeds: 10,
-        protocols: Vec::new(),
-        claims: Vec::new(),
+        ..Plan::default()
     };
     (plan, world)
 }

@@ -58,6 +58,8 @@ fn collect<'e>(expr: &'e Expr, found: &mut Vec<&'e Expr>) {
         Expr::Vector(a, b) | Expr::Binary(_, a, b) => all(&[a, b]),
         Expr::Unary(_, a) => all(&[a]),
         Expr::Call(_, arguments) => arguments.iter().for_each(|argument| collect(argument, found)),
+        Expr::Element(list, number) => list.iter().chain([&**number]).for_each(|part| collect(part, found)),
+        Expr::Track(_, time) => all(&[time]),
         Expr::If { condition, then, otherwise } => all(&[then, condition, otherwise]),
         Expr::Reduce { filter, body, .. } => {
             all(&[body]);
@@ -75,6 +77,11 @@ fn collect<'e>(expr: &'e Expr, found: &mut Vec<&'e Expr>) {
         | Expr::SlotNumber
         | Expr::SlotCount
         | Expr::Agent(..)
-        | Expr::Slot(..) => {}
+        | Expr::Slot(..)
+        | Expr::Rest(..)
+        | Expr::Clearance(..)
+        | Expr::Same(..)
+        | Expr::MemberNumber(_)
+        | Expr::Measured(_) => {}
     }
 }

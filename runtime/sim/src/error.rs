@@ -65,6 +65,8 @@ pub enum SimError {
 /// What is wrong inside an expression.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Flaw {
+    #[error("{what} cannot be simulated yet")]
+    Unsupported { what: &'static str },
     #[error("parameter {id} does not exist")]
     UnknownParam { id: usize },
     #[error("agent {id} does not exist")]

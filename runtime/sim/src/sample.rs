@@ -100,7 +100,8 @@ pub fn at(position: Expr) -> Control {
 
 pub fn group(name: &str, size: usize, body: Extern, control: Control, start: Option<Expr>) -> Group {
     let place = Place { file: format!("{name}.scn"), line: 1, column: 1 };
-    Group { name: name.into(), size, body, arena: None, speed_mps: (-0.7, 0.7), control, start, at: place }
+    let speed_mps = (-0.7, 0.7);
+    Group { name: name.into(), size, body, speed_mps, control, start, at: place, ..Group::default() }
 }
 
 pub fn term(name: &str, value: Expr) -> Term {
@@ -109,7 +110,7 @@ pub fn term(name: &str, value: Expr) -> Term {
 }
 
 pub fn end(name: &str, when: Expr, cost: Option<f64>) -> End {
-    End { name: name.into(), when, cost: cost.map(number), at: Place::default() }
+    End { name: name.into(), when, failure: true, cost: cost.map(number), at: Place::default() }
 }
 
 /// A leader that stands at the origin and three followers that keep a square, as in `square_unison`.
@@ -134,11 +135,11 @@ pub fn unison(body: Extern) -> World {
             name: "F".into(),
             shape: "square".into(),
             group: 1,
-            about: 0,
-            slots: Slots::List(square(0.4)),
+            about: Some(0),
+            constraint: Constraint::Displacements { slots: Slots::List(square(0.4)), frame: Frame::Global },
+            graph: Graph::Star,
             at: Place::default(),
         }],
-        require: Vec::new(),
         observe: vec![Observation {
             text: "F[i] - p[i]".into(),
             value: way,
@@ -148,13 +149,15 @@ pub fn unison(body: Extern) -> World {
                 set: IndexSet::Group(1),
                 filter: None,
             }),
+            noise: None,
+            delay: 0,
             at: Place::default(),
         }],
         reward: vec![
             term("gap", negated(reduce(Reduction::Sum, &[0], IndexSet::Group(1), gap))),
             term("crash", negated(collisions())),
         ],
-        ends: Vec::new(),
+        ..World::default()
     }
 }
 
@@ -168,20 +171,35 @@ pub fn plan(world: World) -> Plan {
                 doc: String::new(),
                 value: 3.0,
                 dimension: "number".into(),
-                at: Place::default(),
+                ..Param::default()
             };
             2
         ],
         world,
-        learners: Vec::new(),
-        controllers: Vec::new(),
         seeds: 1,
-        protocols: Vec::new(),
-        claims: Vec::new(),
+        ..Plan::default()
     }
 }
 
 pub fn task(world: World) -> Task {
     let plan = plan(world);
     Task::new(&plan, &plan.world).unwrap()
+}
+
+/// The constraint of a formation with these places in the global frame.
+pub fn places(slots: Vec<Expr>) -> Constraint {
+    Constraint::Displacements { slots: Slots::List(slots), frame: Frame::Global }
+}
+
+/// The constraint of a formation with a rule for places in the global frame.
+pub fn rule(slot: Expr) -> Constraint {
+    Constraint::Displacements { slots: Slots::Rule(slot), frame: Frame::Global }
+}
+
+/// The places of a formation that [`places`] made.
+pub fn places_of(formation: &mut Formation) -> &mut Vec<Expr> {
+    match &mut formation.constraint {
+        Constraint::Displacements { slots: Slots::List(list), .. } => list,
+        other => panic!("no list: {other:?}"),
+    }
 }

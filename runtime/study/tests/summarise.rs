@@ -28,24 +28,19 @@ fn plan(learners: &[&str], controllers: &[&str], claims: Vec<ClaimKind>) -> Plan
     let claim = |kind| Claim { text: "as written".into(), kind, at: place.clone() };
     Plan {
         name: "hand_made".into(),
-        doc: String::new(),
-        params: vec![],
         world: World {
             dt_s: 0.1,
             horizon: 200,
             safety_m: 0.1,
-            groups: vec![],
-            formations: vec![],
-            require: vec![],
-            observe: vec![],
             reward: vec![term("gap"), term("crash")],
-            ends: vec![],
+            ..World::default()
         },
         learners: learners.iter().map(|label| method(label)).collect(),
         controllers: controllers.iter().map(|label| method(label)).collect(),
         seeds: 10,
         protocols: vec![Protocol { name: "random".into(), episodes: 2, world: None, at: place.clone() }],
         claims: claims.into_iter().map(claim).collect(),
+        ..Plan::default()
     }
 }
 

@@ -1,6 +1,6 @@
 //! `mpgx explain`: the story of an error code, or what a scenario means with all its defaults.
 
-use mpgx_lang::plan::{Extern, Method, Plan, Setting};
+use mpgx_lang::plan::{Extern, Method, Plan};
 
 use crate::failure::{Exit, Failure};
 use crate::scenario;
@@ -87,14 +87,7 @@ fn describe(plan: &Plan) -> Result<String, Failure> {
 }
 
 fn settings(what: &Extern) -> String {
-    let value = |setting: &Setting| match setting {
-        Setting::Number(number) => number.to_string(),
-        Setting::Truth(truth) => truth.to_string(),
-        Setting::Word(word) => word.clone(),
-        Setting::Range(low, high) => format!("{low} .. {high}"),
-        Setting::List(list) => format!("{list:?}"),
-    };
     let all: Vec<String> =
-        what.settings.iter().map(|(name, setting)| format!("{name} = {}", value(setting))).collect();
+        what.settings.iter().map(|(name, setting)| format!("{name} = {setting}")).collect();
     if all.is_empty() { what.name.clone() } else { format!("{} ({})", what.name, all.join(", ")) }
 }

@@ -134,7 +134,10 @@ fn stage<'v>(view: &'v View, name: &'v str, world: &'v World) -> Stage<'v> {
     });
     let slots = world.formations.iter().flat_map(|formation| {
         let size = world.groups.get(formation.group).map_or(0, |group| group.size);
-        (0..size).map(|member| (world.first_of(formation.group) + member, formation.about))
+        let about = formation.about.into_iter();
+        about.flat_map(move |about| {
+            (0..size).map(move |member| (world.first_of(formation.group) + member, about))
+        })
     });
     let arenas: Vec<[f64; 4]> = world
         .groups

@@ -63,26 +63,10 @@ fn settings<'v>(view: &'v View) -> Vec<SettingRow<'v>> {
         for (name, setting) in &method.what.settings {
             let row = rows.entry(name).or_insert_with(|| vec![String::new(); learners.len()]);
             if let Some(value) = row.get_mut(k) {
-                *value = words(setting);
+                *value = setting.to_string();
             }
         }
     }
     let differs = |values: &[String]| values.iter().any(|value| values.first() != Some(value));
     rows.into_iter().map(|(name, values)| SettingRow { name, differs: differs(&values), values }).collect()
-}
-
-fn words(setting: &Setting) -> String {
-    let number = |value: f64| {
-        let large = value.abs() >= 1e6 || (value != 0.0 && value.abs() < 1e-3);
-        if large { format!("{value:e}") } else { value.to_string() }
-    };
-    match setting {
-        Setting::Number(value) => number(*value),
-        Setting::Truth(value) => value.to_string(),
-        Setting::Word(word) => word.clone(),
-        Setting::Range(low, high) => format!("{} .. {}", number(*low), number(*high)),
-        Setting::List(values) => {
-            format!("[{}]", values.iter().map(|value| number(*value)).collect::<Vec<_>>().join(", "))
-        }
-    }
 }

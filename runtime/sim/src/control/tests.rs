@@ -95,8 +95,8 @@ fn the_oracle_finds_the_better_of_two_valleys() {
 fn agents_steer_to_the_slot_of_their_own_formation() {
     let mut world = sample::unison(sample::point());
     world.groups.push(sample::group("pair", 2, sample::point(), Control::Learned, Some(vector(0.0, 0.0))));
-    let slots = Slots::List(vec![vector(0.05, 0.0), vector(0.0, 0.05)]);
-    world.formations.push(Formation { group: 2, slots, ..world.formations[0].clone() });
+    let constraint = sample::places(vec![vector(0.05, 0.0), vector(0.0, 0.05)]);
+    world.formations.push(Formation { group: 2, constraint, ..world.formations[0].clone() });
     let task = sample::task(world);
     let mut episode = task.episode();
     task.reset(&mut episode, EpisodeKey::default()).unwrap();

@@ -164,9 +164,19 @@ impl<'a> Compiler<'a> {
                     Quantity::Velocity => Program::Vector(Vector::Velocity(who)),
                     Quantity::Heading => Program::Number(Number::Heading(who)),
                     Quantity::Outside => Program::Truth(Truth::Outside(who)),
+                    Quantity::Command | Quantity::CommandChange => {
+                        return Err(Flaw::Unsupported { what: "a command" });
+                    }
                 }
             }
             Expr::Slot(formation, agent) => self.slot_of(*formation, *agent)?,
+            Expr::Rest(..)
+            | Expr::Clearance(..)
+            | Expr::Same(..)
+            | Expr::MemberNumber(_)
+            | Expr::Element(..)
+            | Expr::Track(..)
+            | Expr::Measured(_) => return Err(Flaw::Unsupported { what: "this expression" }),
             Expr::Reduce { op, vars, over, filter, body } => {
                 self.reduce(*op, vars, over, filter.as_deref(), body)?
             }
@@ -316,7 +326,8 @@ impl<'a> Compiler<'a> {
         }
         let shape = self.layout.world.formations.get(formation);
         let shape = shape.ok_or(Flaw::UnknownFormation { id: formation })?;
-        self.must_be_placed(shape.about..shape.about + 1)?;
+        let about = shape.about.ok_or(Flaw::Unsupported { what: "a place in a formation about nobody" })?;
+        self.must_be_placed(about..about + 1)?;
         let (who, agents) = self.known(agent)?;
         let members = self.group(shape.group)?;
         if let Some(stranger) = agents.into_iter().find(|agent| !members.contains(agent)) {
@@ -366,6 +377,9 @@ impl<'a> Compiler<'a> {
             IndexSet::All => Ok(0..self.layout.names.len()),
             IndexSet::Group(id) => self.group(*id),
             IndexSet::Pairs(_) => Err(Flaw::PairsOfPairs),
+            IndexSet::Obstacles | IndexSet::Edges(_) | IndexSet::Nearest { .. } => {
+                Err(Flaw::Unsupported { what: "this set" })
+            }
         }
     }
 

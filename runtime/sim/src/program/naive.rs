@@ -116,12 +116,20 @@ impl Naive<'_> {
                     Quantity::Velocity => Vector(self.agents.velocity[agent]),
                     Quantity::Heading => Number(self.agents.heading[agent]),
                     Quantity::Outside => Truth(self.agents.outside[agent]),
+                    Quantity::Command | Quantity::CommandChange => panic!("not yet"),
                 }
             }
             Expr::Slot(_, agent) => {
                 let (about, displacement) = (self.agents.position[0], DISPLACEMENTS[self.agent(*agent) - 2]);
                 Vector([about[0] + displacement[0], about[1] + displacement[1]])
             }
+            Expr::Rest(..)
+            | Expr::Clearance(..)
+            | Expr::Same(..)
+            | Expr::MemberNumber(_)
+            | Expr::Element(..)
+            | Expr::Track(..)
+            | Expr::Measured(_) => panic!("not yet"),
             Expr::Reduce { op, vars, over, filter, body } => {
                 self.reduce(*op, vars, over, filter.as_deref(), body)
             }
@@ -207,7 +215,7 @@ impl Naive<'_> {
         let members = |set: &IndexSet| match set {
             IndexSet::All => (0..5).collect::<Vec<_>>(),
             IndexSet::Group(group) => GROUPS[*group].clone().collect(),
-            IndexSet::Pairs(_) => panic!("pairs of pairs"),
+            _ => panic!("not a set of single agents"),
         };
         let bindings: Vec<Vec<usize>> = match over {
             IndexSet::Pairs(of) => {

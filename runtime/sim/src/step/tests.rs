@@ -21,7 +21,7 @@ fn pair(control: Control) -> World {
     world.groups[0].control = control;
     world.groups[1].size = 1;
     world.groups[1].start = Some(vector(0.0, 0.0));
-    world.formations[0].slots = Slots::List(vec![vector(0.0, 0.0)]);
+    world.formations[0].constraint = sample::places(vec![vector(0.0, 0.0)]);
     world.reward.truncate(1);
     world
 }
@@ -303,6 +303,8 @@ fn the_state_is_what_the_plan_observes_in_its_order() {
         value,
         vector,
         over: None,
+        noise: None,
+        delay: 0,
         at: Place::default(),
     };
     world.observe.push(observe("v[leader]", Expr::Agent(Quantity::Velocity, LEADER), true));
@@ -360,7 +362,7 @@ fn turned(body: &Extern, angle: f64, shift: Vec2) -> Task {
     );
     let mut world = sample::unison(body.clone());
     world.groups[0].control = sample::at(binary(BinaryOp::Add, vector(shift[0], shift[1]), turn));
-    let Slots::List(slots) = &mut world.formations[0].slots else { panic!("no list") };
+    let slots = sample::places_of(&mut world.formations[0]);
     for (slot, displacement) in slots.iter_mut().zip([[-0.4, 0.0], [-0.4, -0.4], [0.0, -0.4]]) {
         let [x, y] = rotate(displacement, angle);
         *slot = vector(x, y);

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use mpgx_lang::plan::{self, Control, Expr, MotionOutput, Place, Plan, Slots, World};
+use mpgx_lang::plan::{self, Constraint, Control, Expr, MotionOutput, Place, Plan, Slots, World};
 
 use super::{Agent, End, Observed, Task, Term};
 use crate::body::Body;
@@ -193,11 +193,19 @@ fn shape(layout: &Layout, formation: &plan::Formation) -> Result<Shape, SimError
     };
     let members =
         layout.groups.get(formation.group).ok_or_else(|| missing("group", formation.group))?.clone();
-    if formation.about >= layout.names.len() {
-        return Err(missing("agent", formation.about));
+    let about = formation.about.unwrap_or_default();
+    if about >= layout.names.len() {
+        return Err(missing("agent", about));
     }
     let count = members.len();
-    let exprs: Vec<&Expr> = match &formation.slots {
+    let Constraint::Displacements { slots, .. } = &formation.constraint else {
+        return Err(SimError::Expression {
+            what: format!("formation `{}`", formation.name),
+            flaw: Flaw::Unsupported { what: "distances" },
+            at: formation.at.clone(),
+        });
+    };
+    let exprs: Vec<&Expr> = match slots {
         Slots::List(list) => list.iter().collect(),
         Slots::Rule(rule) => vec![rule; count],
     };
@@ -219,7 +227,7 @@ fn shape(layout: &Layout, formation: &plan::Formation) -> Result<Shape, SimError
         })
     };
     let displacements = exprs.iter().enumerate().map(displacement).collect::<Result<_, _>>()?;
-    Ok(Shape { about: formation.about, first: members.start, displacements })
+    Ok(Shape { about, first: members.start, displacements })
 }
 
 fn start_of(

@@ -112,15 +112,15 @@ fn formations_are_checked() {
         "formation `F` refers to the group 2, which does not exist"
     );
     assert_eq!(
-        refusal(|w| w.formations[0].about = 4),
+        refusal(|w| w.formations[0].about = Some(4)),
         "formation `F` refers to the agent 4, which does not exist"
     );
     assert_eq!(
-        refusal(|w| w.formations[0].slots = Slots::List(vec![vector(0.0, 0.0)])),
+        refusal(|w| w.formations[0].constraint = sample::places(vec![vector(0.0, 0.0)])),
         "formation `F` has 1 slots, but its group `follower` has 3 members"
     );
     assert_eq!(
-        refusal(|w| w.formations[0].slots = Slots::Rule(Expr::Slot(0, AgentRef::Fixed(1)))),
+        refusal(|w| w.formations[0].constraint = sample::rule(Expr::Slot(0, AgentRef::Fixed(1)))),
         "slot 1 of formation `F`: formation slots cannot be used inside a formation"
     );
 }
@@ -137,7 +137,7 @@ fn starts_look_only_at_agents_that_are_placed() {
     let far = Expr::Vector(Box::new(crowd), Box::new(number(0.0)));
     assert_eq!(refusal(|w| w.groups[0].start = Some(far)), later);
     assert_eq!(
-        refusal(|w| w.formations[0].about = 3),
+        refusal(|w| w.formations[0].about = Some(3)),
         "the start of `follower`: follower[3] is placed later than the start that refers to it (follower.scn:1:1)"
     );
     assert!(
@@ -283,7 +283,7 @@ fn observations_and_ends_are_checked() {
 fn a_rule_gives_each_member_its_number() {
     let mut world = sample::unison(sample::point());
     let x = binary(BinaryOp::Mul, Expr::SlotNumber, number(-0.5));
-    world.formations[0].slots = Slots::Rule(Expr::Vector(Box::new(x), Box::new(Expr::SlotCount)));
+    world.formations[0].constraint = sample::rule(Expr::Vector(Box::new(x), Box::new(Expr::SlotCount)));
     let task = sample::task(world);
     let mut episode = task.episode();
     task.reset(&mut episode, EpisodeKey::default()).unwrap();
@@ -295,7 +295,7 @@ fn a_rule_gives_each_member_its_number() {
 fn a_formation_may_change_with_time() {
     let mut world = sample::unison(sample::point());
     let sum = sample::reduce(Reduction::Sum, &[7], IndexSet::All, Expr::Time);
-    world.formations[0].slots = Slots::Rule(Expr::Vector(Box::new(Expr::Time), Box::new(sum)));
+    world.formations[0].constraint = sample::rule(Expr::Vector(Box::new(Expr::Time), Box::new(sum)));
     let miss = sample::distance(Expr::Slot(0, AgentRef::Var(0)), position(AgentRef::Var(0)));
     world.reward[0].value = sample::reduce(Reduction::Sum, &[0], IndexSet::Group(1), miss);
     let task = sample::task(world);

@@ -55,6 +55,7 @@ fn world() -> World {
         control,
         start: Some(start),
         at: at(3),
+        ..Group::default()
     };
     let wander = Motion {
         name: "random_velocity".into(),
@@ -74,25 +75,35 @@ fn world() -> World {
             name: "F".into(),
             shape: "coincide".into(),
             group: 1,
-            about: 0,
-            slots: Slots::List(vec![Expr::Vector(Box::new(Expr::Number(0.2)), Box::new(Expr::Number(0.0)))]),
+            about: Some(0),
+            constraint: Constraint::Displacements {
+                slots: Slots::List(vec![Expr::Vector(
+                    Box::new(Expr::Number(0.2)),
+                    Box::new(Expr::Number(0.0)),
+                )]),
+                frame: Frame::Global,
+            },
+            graph: Graph::Star,
             at: at(5),
         }],
-        require: Vec::new(),
         observe: vec![Observation {
             text: "F[follower] - p[follower]".into(),
             value: minus(Expr::Slot(0, AgentRef::Fixed(1)), position(AgentRef::Fixed(1))),
             vector: true,
             over: None,
+            noise: None,
+            delay: 0,
             at: at(7),
         }],
         reward: vec![term("gap", negated(gap()))],
         ends: vec![End {
             name: "lost".into(),
             when: Expr::Agent(Quantity::Outside, AgentRef::Fixed(1)),
+            failure: true,
             cost: Some(Expr::Number(1.0)),
             at: at(11),
         }],
+        ..World::default()
     }
 }
 
@@ -141,14 +152,13 @@ pub fn oracle() -> Method {
 pub fn plan() -> Plan {
     Plan {
         name: "sample".into(),
-        doc: String::new(),
-        params: Vec::new(),
         world: world(),
         learners: vec![learner("mpg", 30.0), learner("td3", 30.0)],
         controllers: vec![oracle()],
         seeds: SEEDS,
         protocols: vec![Protocol { name: "random".into(), episodes: 4, world: None, at: at(19) }],
         claims: Vec::new(),
+        ..Plan::default()
     }
 }
 
