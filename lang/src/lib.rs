@@ -13,6 +13,7 @@ pub mod codes;
 mod constant;
 pub mod describe;
 pub mod dim;
+pub mod format;
 pub mod hash;
 pub mod hir;
 mod inline;

@@ -4,7 +4,7 @@
 
 mod expr;
 mod items;
-mod scan;
+pub(crate) mod scan;
 mod syntax;
 
 use std::cell::RefCell;
@@ -118,6 +118,13 @@ pub fn parse(sources: &Sources, file: usize, problems: &mut Problems) -> File {
         }
     }
     File { doc, items, broken }
+}
+
+/// Where the number that begins at a byte ends, its unit included.
+pub(crate) fn number_end(text: &str, start: usize) -> usize {
+    let rest = text.get(start..).unwrap_or_default();
+    let number = Grammar::parse(Rule::number, rest).ok().and_then(|mut nodes| nodes.next());
+    number.map_or(start, |number| start + number.as_span().end())
 }
 
 #[cfg(test)]

@@ -71,7 +71,7 @@ pub(crate) const ITEM_WORDS: &[&str] = &[
 ];
 
 /// The words after which, or with which, an item goes on.
-const CONNECTIVES: &[&str] = &[
+pub(crate) const CONNECTIVES: &[&str] = &[
     "about", "and", "at", "beats", "costs", "else", "for", "if", "in", "not", "of", "on", "or", "then",
     "when", "with",
 ];
@@ -85,6 +85,8 @@ pub(crate) enum Kind {
     Close,
     /// `///` up to the line's end.
     Doc,
+    /// `//` or `//!` up to the line's end.
+    Comment,
     Symbol,
 }
 
@@ -127,14 +129,24 @@ pub(crate) fn forbidden(text: &str, file: usize, problems: &mut Problems) -> boo
     true
 }
 
-/// Cuts a file into tokens; also gives the text of its `//!` comment.
+/// Cuts a file into tokens without comments; also gives the text of its `//!` comment.
 pub(crate) fn tokens(text: &str) -> (Vec<Token>, String) {
+    let all = with_comments(text);
+    let head = all.iter().take_while(|token| token.kind == Kind::Comment);
+    let head = head.filter_map(|token| text[token.start..token.end].strip_prefix("//!"));
+    let doc = head.map(|line| line.strip_prefix(' ').unwrap_or(line)).collect::<Vec<_>>().join("\n");
+    let tokens = all.into_iter().filter(|token| token.kind != Kind::Comment).collect();
+    (tokens, doc.trim_end().to_owned())
+}
+
+/// Cuts a file into tokens.
+pub(crate) fn with_comments(text: &str) -> Vec<Token> {
     let bytes = text.as_bytes();
     let run = |from: usize, holds: fn(u8) -> bool| {
         bytes[from..].iter().position(|&byte| !holds(byte)).map_or(bytes.len(), |length| from + length)
     };
     let word = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_';
-    let (mut tokens, mut doc, mut first, mut at) = (Vec::new(), Vec::new(), true, 0);
+    let (mut tokens, mut first, mut at) = (Vec::new(), true, 0);
     while let Some(&byte) = bytes.get(at) {
         let rest = &text[at..];
         let (kind, end) = match byte {
@@ -149,14 +161,8 @@ pub(crate) fn tokens(text: &str) -> (Vec<Token>, String) {
             }
             b'/' if rest.starts_with("//") => {
                 let end = run(at, |byte| byte != b'\n' && byte != b'\r');
-                if !rest.starts_with("///") || rest.starts_with("////") {
-                    if let Some(line) = text[at..end].strip_prefix("//!").filter(|_| tokens.is_empty()) {
-                        doc.push(line.strip_prefix(' ').unwrap_or(line));
-                    }
-                    at = end;
-                    continue;
-                }
-                (Kind::Doc, end)
+                let doc = rest.starts_with("///") && !rest.starts_with("////");
+                (if doc { Kind::Doc } else { Kind::Comment }, end)
             }
             b'0'..=b'9' => (Kind::Number, number_end(bytes, at)),
             byte if word(byte) => (Kind::Word, run(at, |byte| byte.is_ascii_alphanumeric() || byte == b'_')),
@@ -173,7 +179,7 @@ pub(crate) fn tokens(text: &str) -> (Vec<Token>, String) {
         first = false;
         at = end;
     }
-    (tokens, doc.join("\n").trim_end().to_owned())
+    tokens
 }
 
 /// The end of the number that begins at a byte: digits, a fraction, an exponent.
@@ -391,7 +397,7 @@ fn ends_operand(kind: Kind, text: &str) -> bool {
         Kind::Word => !CONNECTIVES.contains(&text),
         Kind::Number | Kind::Close => true,
         Kind::Symbol => matches!(text, "|" | "%"),
-        Kind::Open | Kind::Doc => false,
+        Kind::Open | Kind::Doc | Kind::Comment => false,
     }
 }
 
@@ -401,6 +407,6 @@ fn wants_more(kind: Kind, text: &str) -> bool {
         Kind::Word => CONNECTIVES.contains(&text),
         Kind::Symbol => !matches!(text, "|" | "%"),
         Kind::Open => true,
-        Kind::Number | Kind::Close | Kind::Doc => false,
+        Kind::Number | Kind::Close | Kind::Doc | Kind::Comment => false,
     }
 }

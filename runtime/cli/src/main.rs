@@ -43,6 +43,8 @@ enum Verb {
     Explain(verbs::explain::Args),
     /// Compare compiled rewards with the golden files beside the scenarios
     Test(verbs::test::Args),
+    /// Lay out scenario files in the one style
+    Fmt(verbs::fmt::Args),
     /// The hash of a scenario's meaning; comments and layout do not change it
     Hash(verbs::hash::Args),
     /// What can be run or read
@@ -85,6 +87,7 @@ fn run(verb: Verb) -> Result<Exit, Failure> {
         Verb::Compile(args) => verbs::compile::run(args),
         Verb::Explain(args) => verbs::explain::run(args),
         Verb::Test(args) => verbs::test::run(args),
+        Verb::Fmt(args) => verbs::fmt::run(args),
         Verb::Hash(args) => verbs::hash::run(args),
         Verb::List(args) => verbs::list::run(args),
         Verb::Report(args) => verbs::report::run(args),

@@ -80,11 +80,19 @@ fn not_found(name: &str) -> Failure {
 }
 
 /// Reads a source file whole, but never more than the limit, whatever the file claims to be.
-fn read(path: &Path) -> Result<String, Failure> {
-    let shown = path.display();
-    let cannot = |why: std::io::Error| Failure::new(Exit::Io, format!("cannot read {shown}: {why}"));
+pub fn read(path: &Path) -> Result<String, Failure> {
+    let shown = path.display().to_string();
+    let file =
+        File::open(path).map_err(|why| Failure::new(Exit::Io, format!("cannot read {shown}: {why}")))?;
+    read_all(file, &shown)
+}
+
+/// The same of anything that can be read, called `shown`.
+pub fn read_all(from: impl Read, shown: &str) -> Result<String, Failure> {
     let mut bytes = Vec::new();
-    File::open(path).map_err(cannot)?.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(cannot)?;
+    from.take(MAX_BYTES + 1)
+        .read_to_end(&mut bytes)
+        .map_err(|why| Failure::new(Exit::Io, format!("cannot read {shown}: {why}")))?;
     if bytes.len() as u64 > MAX_BYTES {
         return Err(Failure::new(Exit::BadInput, format!("{shown} is larger than 1 MiB"))
             .help("a scenario is a few hundred lines; is this the right file?"));
@@ -94,6 +102,27 @@ fn read(path: &Path) -> Result<String, Failure> {
         Failure::new(Exit::BadInput, format!("{shown} is not UTF-8 text: the first bad byte is byte {at}"))
             .help("save it as UTF-8")
     })
+}
+
+/// The files among some paths, and the `.scn` files of the folders among them, sorted.
+pub fn collect(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
+    let mut files = Vec::new();
+    for path in paths {
+        let cannot =
+            |why: std::io::Error| Failure::new(Exit::Io, format!("cannot read {}: {why}", path.display()));
+        if !path.is_dir() {
+            files.push(path.clone());
+            continue;
+        }
+        for entry in std::fs::read_dir(path).map_err(cannot)? {
+            let entry = entry.map_err(cannot)?.path();
+            if entry.extension().is_some_and(|extension| extension == "scn") {
+                files.push(entry);
+            }
+        }
+    }
+    files.sort();
+    Ok(files)
 }
 
 /// Modules beside the scenario; nothing outside its folder.

@@ -1,6 +1,7 @@
 pub mod check;
 pub mod compile;
 pub mod explain;
+pub mod fmt;
 pub mod hash;
 pub mod list;
 pub mod report;

@@ -18,13 +18,8 @@ pub struct Args {
 }
 
 pub fn run(args: Args) -> Result<Exit, Failure> {
-    let mut scenarios = Vec::new();
-    for path in &args.paths {
-        collect(path, &mut scenarios)?;
-    }
-    scenarios.sort();
     let mut exit = Exit::Done;
-    for path in &scenarios {
+    for path in &scenario::collect(&args.paths)? {
         let (plan, _) = scenario::plan(&path.to_string_lossy(), &[])?;
         let compiled = reward(&plan);
         let golden = path.with_extension("reward");
@@ -52,20 +47,6 @@ pub fn run(args: Args) -> Result<Exit, Failure> {
         }
     }
     Ok(exit)
-}
-
-fn collect(path: &Path, scenarios: &mut Vec<PathBuf>) -> Result<(), Failure> {
-    if !path.is_dir() {
-        scenarios.push(path.to_path_buf());
-        return Ok(());
-    }
-    for entry in std::fs::read_dir(path).map_err(|why| cannot("read", path, why))? {
-        let entry = entry.map_err(|why| cannot("read", path, why))?.path();
-        if entry.extension().is_some_and(|extension| extension == "scn") {
-            scenarios.push(entry);
-        }
-    }
-    Ok(())
 }
 
 fn cannot(what: &str, path: &Path, why: std::io::Error) -> Failure {
