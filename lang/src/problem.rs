@@ -1,5 +1,13 @@
 //! Problems as data, and how they look.
 
+mod github;
+mod json;
+mod sarif;
+
+pub use github::render_github;
+pub use json::render_json;
+pub use sarif::render_sarif;
+
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet, normalize_untrusted_str};
 
 use crate::ast::Span;
@@ -21,6 +29,15 @@ pub enum Severity {
     Warning,
 }
 
+impl Severity {
+    pub fn name(self) -> &'static str {
+        match self {
+            Severity::Error => "error",
+            Severity::Warning => "warning",
+        }
+    }
+}
+
 /// A place and what is to be said there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Label {
@@ -40,6 +57,8 @@ pub struct Problem {
     pub notes: Vec<String>,
     /// What to do about it.
     pub help: Option<String>,
+    /// A place and the text that should stand there: what `help` says, for machines.
+    pub fix: Option<(Span, String)>,
 }
 
 impl Problem {
@@ -51,6 +70,7 @@ impl Problem {
             labels: Vec::new(),
             notes: Vec::new(),
             help: None,
+            fix: None,
         }
     }
 
@@ -75,9 +95,29 @@ impl Problem {
         self
     }
 
+    /// What to do about it. `did you mean …?` is a fix too, of the primary place.
     pub fn help(mut self, text: impl Into<String>) -> Self {
-        self.help = Some(text.into());
+        let text = text.into();
+        let meant = text.strip_prefix("did you mean `").and_then(|text| text.strip_suffix("`?"));
+        if let (Some(meant), Some(span)) = (meant, self.span()) {
+            self.fix = Some((span, meant.to_owned()));
+        }
+        self.help = Some(text);
         self
+    }
+
+    /// What should stand at a place instead.
+    pub fn fix(mut self, span: Span, text: impl Into<String>) -> Self {
+        self.fix = Some((span, text.into()));
+        self
+    }
+
+    /// The message with its notes and its help, a line each.
+    fn told(&self) -> String {
+        let mut lines = vec![self.message.clone()];
+        lines.extend(self.notes.iter().map(|note| format!("note: {note}")));
+        lines.extend(self.help.iter().map(|help| format!("help: {help}")));
+        lines.join("\n")
     }
 
     /// The first primary label's place, else the first label's.
@@ -178,12 +218,8 @@ pub fn render_short(problems: &Problems, sources: &Sources) -> String {
             let place = sources.place(span);
             text += &format!("{}:{}:{}: ", place.file, place.line, place.column);
         }
-        let severity = match problem.severity {
-            Severity::Error => "error",
-            Severity::Warning => "warning",
-        };
         let message = normalize_untrusted_str(&problem.message);
-        text += &format!("{severity}[{}]: {message}\n", problem.code.name);
+        text += &format!("{}[{}]: {message}\n", problem.severity.name(), problem.code.name);
     }
     text
 }

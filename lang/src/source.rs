@@ -58,6 +58,13 @@ impl Sources {
         Place { file: file.name.clone(), line, column }
     }
 
+    /// Where a sign of one byte stands, if it is the last before a span.
+    pub fn sign_before(&self, sign: char, span: Span) -> Option<Span> {
+        let before = self.file(span.file).text.get(..span.start)?.trim_end();
+        let start = before.strip_suffix(sign)?.len();
+        Some(Span { file: span.file, start, end: before.len() })
+    }
+
     /// The text under a span.
     pub fn text(&self, span: Span) -> &str {
         self.file(span.file).text.get(span.start..span.end).unwrap_or("")

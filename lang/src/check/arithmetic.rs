@@ -101,10 +101,7 @@ impl<'a> Checker<'a> {
         let literal = |side: (&Expr, &Dim)| matches!(side.0.kind, Kind::Number(_));
         let (wrong, other) =
             if literal(left) || left.1.is_none() && !literal(right) { (left, right) } else { (right, left) };
-        match self.unit_remedy(wrong.0, wrong.1, other.1) {
-            Some(help) => problem.help(help),
-            None => problem,
-        }
+        self.with_unit_remedy(problem, wrong.0, wrong.1, other.1)
     }
 
     fn bad_operands(&self, op: BinaryOp, op_span: Span, left: &Expr, right: &Expr) -> Problem {

@@ -125,6 +125,10 @@ impl<'a> Checker<'a> {
                 .at(at, "nothing can be drawn here")
                 .help("draw after `~`: in a `start`, in the `state`, `next` or `velocity` of a motion, or in a `dist`"),
         };
+        let problem = match self.sources.sign_before('=', at).filter(|_| scope.target.is_some()) {
+            Some(sign) => problem.fix(sign, "~"),
+            None => problem,
+        };
         self.poison(at, problem)
     }
 

@@ -306,6 +306,10 @@ impl<'a> Checker<'a> {
             let problem = Problem::error(&NOTHING_DRAWN, format!("`{name} ~ …` draws nothing"))
                 .at(at.span, "nothing here is random")
                 .help(format!("write `{name} = {}`", self.sources.text(at.span)));
+            let problem = match self.sources.sign_before('~', at.span) {
+                Some(sign) => problem.fix(sign, "="),
+                None => problem,
+            };
             return self.poison(at.span, problem);
         }
         value

@@ -146,10 +146,7 @@ impl<'a> Checker<'a> {
         let message = format!("{} must be {want_text}, not {have_text}", why.what);
         let problem = Problem::error(&UNIT_MISMATCH, message).at(value.span, format!("this is {have_text}"));
         let problem = why.show(problem, &want_text);
-        match self.unit_remedy(value, have, wanted) {
-            Some(help) => problem.help(help),
-            None => problem,
-        }
+        self.with_unit_remedy(problem, value, have, wanted)
     }
 
     fn type_remedy(&self, value: &Expr, wanted: &Type) -> Option<String> {
@@ -193,8 +190,22 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// How a value of dimension `have` could become one of dimension `wanted`.
-    pub fn unit_remedy(&self, value: &Expr, have: &Dim, wanted: &Dim) -> Option<String> {
+    /// Says how a value of dimension `have` could become one of dimension `wanted`.
+    pub fn with_unit_remedy(&self, problem: Problem, value: &Expr, have: &Dim, wanted: &Dim) -> Problem {
+        match self.unit_remedy(value, have, wanted) {
+            Some((help, Some((span, text)))) => problem.help(help).fix(span, text),
+            Some((help, None)) => problem.help(help),
+            None => problem,
+        }
+    }
+
+    /// The help, and what it changes if that is one place.
+    fn unit_remedy(
+        &self,
+        value: &Expr,
+        have: &Dim,
+        wanted: &Dim,
+    ) -> Option<(String, Option<(Span, String)>)> {
         let missing = wanted.div(have)?;
         let mut factors = Vec::new();
         collect_factors(value, Ratio::ONE, &mut factors);
@@ -205,11 +216,9 @@ impl<'a> Checker<'a> {
             let dim = param.dim.mul(&missing.pow(exponent.inverse()?)?)?;
             let number = literal(&param.default, self.sources.text(param.default.span));
             let example = self.units.example(number.as_deref().unwrap_or("1"), &dim)?;
-            return Some(format!(
-                "give `{}` {}, for example `{example}`",
-                param.name,
-                self.units.people(&dim).replace("a plain number", "no unit")
-            ));
+            let people = self.units.people(&dim).replace("a plain number", "no unit");
+            let help = format!("give `{}` {people}, for example `{example}`", param.name);
+            return Some((help, number.map(|_| (param.default.span, example))));
         }
         for (factor, exponent) in &factors {
             let Type::Number(dim) = &factor.type_ else { continue };
@@ -217,10 +226,11 @@ impl<'a> Checker<'a> {
             let Some(number) = literal(factor, text) else { continue };
             let dim = dim.mul(&missing.pow(exponent.inverse()?)?)?;
             let example = self.units.example(&number, &dim)?;
-            return Some(match whole(factor) || matches!(value.kind, Kind::Unary(..)) {
+            let help = match whole(factor) || matches!(value.kind, Kind::Unary(..)) {
                 true => format!("write `{}`", self.sources.text(value.span).replacen(text, &example, 1)),
                 false => format!("give the factor `{text}` {}: `{example}`", self.units.people(&dim)),
-            });
+            };
+            return Some((help, Some((factor.span, example))));
         }
         let value = if let Kind::Unary(UnaryOp::Neg, positive) = &value.kind { positive } else { value };
         let text = self.sources.text(value.span);
@@ -233,10 +243,10 @@ impl<'a> Checker<'a> {
         if missing.factors().all(|(_, exponent)| exponent.value() < 0.0) {
             let inverse = Dim::none().div(&missing)?;
             let (by, example) = (self.units.people(&inverse), self.units.example("1", &inverse)?);
-            return Some(format!("divide {name} by {by}, for example `{factor} / {example}`"));
+            return Some((format!("divide {name} by {by}, for example `{factor} / {example}`"), None));
         }
         let (by, example) = (self.units.people(&missing), self.units.example("1", &missing)?);
-        Some(format!("multiply {name} by {by}, for example `{example} * {factor}`"))
+        Some((format!("multiply {name} by {by}, for example `{example} * {factor}`"), None))
     }
 
     /// A number of any dimension; poison for anything else.

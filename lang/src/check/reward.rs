@@ -137,10 +137,7 @@ impl<'a> Checker<'a> {
         for (span, text) in self.factors_declared(&odd.value) {
             problem = problem.with(span, text);
         }
-        match self.unit_remedy(&odd.value, &odd.dim, &reference.dim) {
-            Some(help) => problem.help(help),
-            None => problem,
-        }
+        self.with_unit_remedy(problem, &odd.value, &odd.dim, &reference.dim)
     }
 
     /// Both dimensions, one below the other.
