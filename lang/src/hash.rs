@@ -1,45 +1,35 @@
 //! The hash of what a scenario means.
 
-use crate::plan::{Place, Plan, World};
+use serde_json::{Map, Value};
 
-/// BLAKE3 of the Plan without places, comments and texts, as hexadecimal digits. Layout, comments, line ends and
-/// the names of files do not change it; whatever changes a run does.
+use crate::plan::Plan;
+
+/// BLAKE3 of the Plan without places, comments, texts as written and the names of index variables, as hexadecimal
+/// digits. Layout, comments, line ends and the names of files do not change it; whatever changes a run does.
 pub fn meaning_hash(plan: &Plan) -> String {
-    let mut plan = plan.clone();
-    plan.doc.clear();
-    for param in &mut plan.params {
-        (param.doc, param.text, param.at) = (String::new(), String::new(), Place::default());
-    }
-    for method in plan.learners.iter_mut().chain(&mut plan.controllers) {
-        method.at = Place::default();
-    }
-    for claim in &mut plan.claims {
-        (claim.text, claim.at) = (String::new(), Place::default());
-    }
-    for protocol in &mut plan.protocols {
-        protocol.at = Place::default();
-        if let Some(world) = &mut protocol.world {
-            clear(world);
-        }
-    }
-    clear(&mut plan.world);
-    blake3::hash(plan.to_ron().as_bytes()).to_hex().to_string()
+    let mut tree = serde_json::to_value(plan).unwrap_or_default();
+    strip(&mut tree);
+    blake3::hash(tree.to_string().as_bytes()).to_hex().to_string()
 }
 
-fn clear(world: &mut World) {
-    for group in &mut world.groups {
-        group.at = Place::default();
-    }
-    for formation in &mut world.formations {
-        formation.at = Place::default();
-    }
-    for observation in &mut world.observe {
-        (observation.text, observation.at) = (String::new(), Place::default());
-    }
-    for term in &mut world.reward {
-        (term.doc, term.at) = (String::new(), Place::default());
-    }
-    for end in &mut world.ends {
-        end.at = Place::default();
+/// Whether a field of the Plan says where something stands, or repeats it for people.
+pub(crate) fn is_remark(field: &str) -> bool {
+    matches!(field, "at" | "doc" | "text")
+}
+
+/// Whether this is an index variable: its number, and its name in the source.
+pub(crate) fn is_binder(fields: &Map<String, Value>) -> bool {
+    fields.len() == 2 && fields.contains_key("id") && fields.contains_key("name")
+}
+
+fn strip(value: &mut Value) {
+    match value {
+        Value::Object(fields) => {
+            let binder = is_binder(fields);
+            fields.retain(|field, _| !is_remark(field) && !(binder && field == "name"));
+            fields.values_mut().for_each(strip);
+        }
+        Value::Array(values) => values.iter_mut().for_each(strip),
+        _ => {}
     }
 }

@@ -12,6 +12,7 @@ pub mod check;
 pub mod codes;
 mod constant;
 pub mod describe;
+pub mod diff;
 pub mod dim;
 pub mod format;
 pub mod hash;

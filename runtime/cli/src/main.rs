@@ -43,6 +43,8 @@ enum Verb {
     Explain(verbs::explain::Args),
     /// Compare compiled rewards with the golden files beside the scenarios
     Test(verbs::test::Args),
+    /// Tell what two scenarios mean otherwise
+    Diff(verbs::diff::Args),
     /// Lay out scenario files in the one style
     Fmt(verbs::fmt::Args),
     /// The hash of a scenario's meaning; comments and layout do not change it
@@ -87,6 +89,7 @@ fn run(verb: Verb) -> Result<Exit, Failure> {
         Verb::Compile(args) => verbs::compile::run(args),
         Verb::Explain(args) => verbs::explain::run(args),
         Verb::Test(args) => verbs::test::run(args),
+        Verb::Diff(args) => verbs::diff::run(args),
         Verb::Fmt(args) => verbs::fmt::run(args),
         Verb::Hash(args) => verbs::hash::run(args),
         Verb::List(args) => verbs::list::run(args),

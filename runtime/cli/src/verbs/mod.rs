@@ -1,5 +1,6 @@
 pub mod check;
 pub mod compile;
+pub mod diff;
 pub mod explain;
 pub mod fmt;
 pub mod hash;
