@@ -25,6 +25,10 @@ pub enum Purpose {
     Motion = 6,
     /// Resampling of statistics.
     Bootstrap = 7,
+    /// Parameters that are drawn for each episode (part: which).
+    Parameter = 8,
+    /// Noise on observations (part: the member that observes).
+    Sensor = 9,
 }
 
 /// The name of a stream. Training episodes have `protocol` 0, held-out episodes of protocol k have k + 1

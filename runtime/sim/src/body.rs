@@ -3,17 +3,18 @@
 use mpgx_lang::plan::{Extern, Place};
 
 use crate::error::SimError;
-use crate::maths::{Vec2, add, clamp, scale, subtract, wrap};
+use crate::maths::{Vec2, add, clamp, norm, scale, subtract, wrap};
 use crate::settings::{Settings, list};
 
 /// The names of all bodies.
-pub const BODIES: &[&str] = &["point", "unicycle"];
+pub const BODIES: &[&str] = &["point", "unicycle", "holonomic"];
 
 /// The settings that a body reads; `None` if there is no such body.
 pub fn body_settings(name: &str) -> Option<&'static [&'static str]> {
     match name {
-        "point" => Some(&[]),
-        "unicycle" => Some(&["hand", "drive", "turn", "rate"]),
+        "point" => Some(&["acceleration"]),
+        "unicycle" => Some(&["hand", "drive", "turn", "rate", "acceleration"]),
+        "holonomic" => Some(&["turn", "acceleration"]),
         _ => None,
     }
 }
@@ -27,12 +28,24 @@ pub(crate) struct Pose {
     pub heading: f64,
 }
 
-/// Kinematics.
+/// How an agent moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Body {
+pub(crate) struct Body {
+    kinematics: Kinematics,
+    /// The most that the command may change by in a step (a norm), m/s.
+    change_mps: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kinematics {
     /// Moves as commanded.
     Point,
     Unicycle(Unicycle),
+    /// Moves as commanded and turns its heading towards where it is told to go, within these limits of the
+    /// turn rate, rad/s.
+    Holonomic {
+        turn_radps: (f64, f64),
+    },
 }
 
 /// A robot on two driven wheels, commanded by the velocity of its hand point.
@@ -53,7 +66,10 @@ pub(crate) struct Unicycle {
 const MOST_INNER: f64 = 1e5;
 
 impl Body {
-    /// Reads a body for a world of time step `dt_s`.
+    /// What moves as it is told.
+    pub const POINT: Body = Body { kinematics: Kinematics::Point, change_mps: f64::INFINITY };
+
+    /// Reads a body for a world of time step `dt_s`. Without `acceleration` there is no limit of it.
     pub fn new(what: &Extern, dt_s: f64, at: &Place) -> Result<Body, SimError> {
         let Some(known) = body_settings(&what.name) else {
             return Err(SimError::Unknown {
@@ -64,9 +80,52 @@ impl Body {
             });
         };
         let settings = Settings::new(what, known, at)?;
-        if what.name == "point" {
-            return Ok(Body::Point);
+        let kinematics = match what.name.as_str() {
+            "unicycle" => Kinematics::Unicycle(Unicycle::new(&settings, dt_s, at)?),
+            "holonomic" => Kinematics::Holonomic { turn_radps: settings.range("turn")? },
+            _ => Kinematics::Point,
+        };
+        let change_mps = match settings.has("acceleration") {
+            true => settings.positive("acceleration", false)? * dt_s,
+            false => f64::INFINITY,
+        };
+        Ok(Body { kinematics, change_mps })
+    }
+
+    pub fn has_heading(&self) -> bool {
+        self.kinematics != Kinematics::Point
+    }
+
+    /// Whether the position follows the command, whatever the heading.
+    pub fn goes_anywhere(&self) -> bool {
+        !matches!(self.kinematics, Kinematics::Unicycle(_))
+    }
+
+    /// The command that the limit of the acceleration leaves of `command` after that of the step before, m/s.
+    pub fn limited(&self, before: Vec2, command: Vec2) -> Vec2 {
+        let change = subtract(command, before);
+        let length = norm(change);
+        if length > self.change_mps { add(before, scale(change, self.change_mps / length)) } else { command }
+    }
+
+    /// Where `pose` is after `dt_s` seconds of the velocity `command` (m/s, each axis).
+    pub fn moved(&self, pose: Pose, command: Vec2, dt_s: f64) -> Pose {
+        let shifted = || Pose { position: add(pose.position, scale(command, dt_s)), ..pose };
+        match &self.kinematics {
+            Kinematics::Point => shifted(),
+            Kinematics::Unicycle(unicycle) => unicycle.moved(pose, command),
+            Kinematics::Holonomic { .. } if command == [0.0; 2] => pose,
+            &Kinematics::Holonomic { turn_radps: (low, high) } => {
+                let way = wrap(libm::atan2(command[1], command[0]) - pose.heading);
+                let heading = wrap(pose.heading + clamp(way, low * dt_s, high * dt_s));
+                Pose { heading, ..shifted() }
+            }
         }
+    }
+}
+
+impl Unicycle {
+    fn new(settings: &Settings, dt_s: f64, at: &Place) -> Result<Unicycle, SimError> {
         let inner = (dt_s * settings.positive("rate", false)?).round().max(1.0);
         if inner > MOST_INNER {
             return Err(SimError::OutOfRange {
@@ -76,29 +135,15 @@ impl Body {
                 at: at.clone(),
             });
         }
-        Ok(Body::Unicycle(Unicycle {
+        Ok(Unicycle {
             hand_m: settings.positive("hand", false)?,
             drive_mps: settings.range("drive")?,
             turn_radps: settings.range("turn")?,
             inner: inner as usize,
             inner_s: dt_s / inner,
-        }))
+        })
     }
 
-    pub fn has_heading(&self) -> bool {
-        matches!(self, Body::Unicycle(_))
-    }
-
-    /// Where `pose` is after `dt_s` seconds of the velocity `command` (m/s, each axis).
-    pub fn moved(&self, pose: Pose, command: Vec2, dt_s: f64) -> Pose {
-        match self {
-            Body::Point => Pose { position: add(pose.position, scale(command, dt_s)), ..pose },
-            Body::Unicycle(unicycle) => unicycle.moved(pose, command),
-        }
-    }
-}
-
-impl Unicycle {
     /// The inner loop: at each of its steps the commanded velocity a of the hand point becomes
     ///
     /// v = cos θ a_x + sin θ a_y,  ω = (−sin θ a_x + cos θ a_y) / hand,
@@ -141,7 +186,7 @@ fn turned(a: Vec2, sin: f64, cos: f64) -> Vec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::maths::{distance, norm, rotate};
+    use crate::maths::{distance, rotate};
     use mpgx_lang::plan::Setting;
     use proptest::prelude::*;
     use std::f64::consts::{FRAC_PI_2, PI};
@@ -175,7 +220,7 @@ mod tests {
 
     #[test]
     fn a_point_moves_as_commanded() {
-        assert_eq!(Body::Point.moved(pose(1.0, 2.0, 0.0), [0.5, -0.25], DT), pose(1.05, 1.975, 0.0));
+        assert_eq!(Body::POINT.moved(pose(1.0, 2.0, 0.0), [0.5, -0.25], DT), pose(1.05, 1.975, 0.0));
     }
 
     /// Axle at the origin, hand 0.15 m ahead, command (0.5, 0.15) m/s: v = 0.5 m/s, ω = 0.15 / 0.15 = 1 rad/s.
@@ -203,10 +248,43 @@ mod tests {
         assert_near(unicycle(0.15, 0.2, 1.0, 10.0).moved(pose(0.15, 0.0, 0.0), [1.0, 1.0], DT), expected);
     }
 
+    fn made(name: &str, settings: &[(&str, Setting)]) -> Body {
+        let settings = settings.iter().map(|(name, value)| (name.to_string(), value.clone())).collect();
+        Body::new(&Extern { name: name.into(), settings }, DT, &Place::default()).unwrap()
+    }
+
+    /// At most 0.2 rad to the left and 0.1 rad to the right in a step.
+    #[test]
+    fn a_holonomic_body_goes_as_told_and_turns_as_it_can() {
+        let body = made("holonomic", &[("turn", Setting::Range(-1.0, 2.0))]);
+        assert_near(body.moved(pose(1.0, 0.0, 0.0), [0.0, 0.5], DT), pose(1.0, 0.05, 0.2));
+        assert_near(body.moved(pose(1.0, 0.0, 0.0), [0.0, -0.5], DT), pose(1.0, -0.05, -0.1));
+        assert_near(body.moved(pose(0.0, 0.0, 1.5), [0.0, 0.5], DT), pose(0.0, 0.05, FRAC_PI_2));
+        assert_near(body.moved(pose(0.0, 0.0, 3.0), [-0.5, -0.1], DT), pose(-0.05, -0.01, wrap(3.2)));
+        assert_eq!(body.moved(pose(0.0, 0.0, 3.0), [0.0, 0.0], DT), pose(0.0, 0.0, 3.0));
+        assert!(body.has_heading() && body.goes_anywhere());
+    }
+
+    /// 3 m/s² for 0.1 s are 0.3 m/s.
+    #[test]
+    fn the_command_changes_no_faster_than_the_acceleration_allows() {
+        for (name, settings) in [("point", vec![]), ("holonomic", vec![("turn", Setting::Range(0.0, 0.0))])] {
+            let mut settings = settings;
+            settings.push(("acceleration", Setting::Number(3.0)));
+            let body = made(name, &settings);
+            let limited = body.limited([0.1, 0.2], [0.1 + 0.6, 0.2 - 0.8]);
+            assert!(distance(limited, [0.1 + 0.18, 0.2 - 0.24]) < 1e-15, "{limited:?}");
+            assert_eq!(body.limited([0.1, 0.2], [0.2, 0.4]), [0.2, 0.4]);
+        }
+        assert_eq!(Body::POINT.limited([-1e9, 0.0], [1e9, 0.3]), [1e9, 0.3]);
+    }
+
     #[test]
     fn the_inner_loop_has_at_least_one_step_and_an_upper_limit() {
         for (rate, steps) in [(1.0, 1), (14.0, 1), (16.0, 2), (100.0, 10)] {
-            let Body::Unicycle(body) = unicycle(0.1, 1.0, 1.0, rate) else { panic!("a point") };
+            let Kinematics::Unicycle(body) = unicycle(0.1, 1.0, 1.0, rate).kinematics else {
+                panic!("a point")
+            };
             assert_eq!((body.inner, body.inner_s), (steps, DT / steps as f64), "rate {rate}");
         }
         let mut what = Extern { name: "unicycle".into(), settings: Default::default() };
@@ -264,7 +342,7 @@ mod tests {
             start in any_pose(), a in any_command(), hand in 0.05..0.5, rate in 10.0..2000.0,
         ) {
             let body = unicycle(hand, 10.0, 100.0, rate);
-            let Body::Unicycle(Unicycle { inner_s, .. }) = body else { panic!("a point") };
+            let Kinematics::Unicycle(Unicycle { inner_s, .. }) = body.kinematics else { panic!("a point") };
             let miss = distance(body.moved(start, a, DT).position, add(start.position, scale(a, DT)));
             let bound = norm(a).powi(2) * inner_s * DT / (2.0 * hand);
             prop_assert!(miss <= bound + 1e-14, "{miss} m, bound {bound} m");

@@ -33,6 +33,10 @@ pub struct Episode {
     /// Steps done.
     pub(crate) step: usize,
     pub(crate) agents: Agents,
+    /// The parameters that are drawn for each episode, in the Plan's order.
+    pub(crate) params: Vec<f64>,
+    /// What the learned agents are commanded in this step, m/s.
+    pub(crate) asked: Vec<Vec2>,
     /// Where the agents were before the step.
     pub(crate) before: Vec<Vec2>,
     /// The states of all motions, numbers in x.
@@ -43,15 +47,24 @@ pub struct Episode {
     pub(crate) outputs: Vec<Vec2>,
     pub(crate) slots: Vec<Vec2>,
     pub(crate) terms: Vec<f64>,
+    pub(crate) rewards: Vec<f64>,
+    /// Values that will be observed late.
+    pub(crate) late: Vec<f64>,
 }
 
 impl Episode {
-    /// Each reward term in the last step, in the Plan's order.
+    /// Each reward term in the last step, in the Plan's order; if members are rewarded for themselves, its mean.
     pub fn terms(&self) -> &[f64] {
         &self.terms
     }
 
-    /// Position of an agent, m; of a unicycle, its hand point.
+    /// The reward of each member in the last step: the costs of ends are charged to all. One, that of the team,
+    /// if the policy is not shared.
+    pub fn member_rewards(&self) -> &[f64] {
+        &self.rewards
+    }
+
+    /// Position of an agent or obstacle, m; of a unicycle, its hand point.
     pub fn position(&self, agent: usize) -> [f64; 2] {
         self.agents.position[agent]
     }
@@ -61,7 +74,7 @@ impl Episode {
         self.agents.heading[agent]
     }
 
-    /// Where each member of each formation belongs now, in order, m.
+    /// Where each member of each formation of places belongs now, in order, m.
     pub fn slots(&self) -> &[[f64; 2]] {
         &self.slots
     }

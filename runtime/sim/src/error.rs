@@ -43,6 +43,12 @@ pub enum SimError {
     )]
     SlotsOfFormation { formation: String, slots: usize, group: String, members: usize, at: Place },
 
+    #[error(
+        "formation `{formation}` has {distances} distances for {edges} edges; it needs one, or one for each{}",
+        suffix(at)
+    )]
+    DistancesOfFormation { formation: String, distances: usize, edges: usize, at: Place },
+
     #[error("formation `{formation}` refers to the {what} {id}, which does not exist{}", suffix(at))]
     BadFormation { formation: String, what: &'static str, id: usize, at: Place },
 
@@ -52,11 +58,20 @@ pub enum SimError {
     )]
     StartsRejected { group: String, requirement: usize, attempts: u64, at: Place },
 
+    #[error("parameter `{param}` was drawn as {value}; it must be a finite number{}", suffix(at))]
+    DrawnNotFinite { param: String, value: f64, at: Place },
+
+    #[error("`{group}` cannot have {what}{}", suffix(at))]
+    BadGroup { group: String, what: String, at: Place },
+
+    #[error("recorded path `{track}` {flaw}{}", suffix(at))]
+    BadTrack { track: String, flaw: &'static str, at: Place },
+
     #[error("the start of {agent} is not a finite number{}", suffix(at))]
     StartNotFinite { agent: String, at: Place },
 
     #[error(
-        "the controller `{controller}` steers to slots, but {agent} belongs to no formation{}",
+        "the controller `{controller}` steers to slots, but {agent} has no place in a formation{}",
         suffix(at)
     )]
     NoSlot { controller: String, agent: String, at: Place },
@@ -65,8 +80,6 @@ pub enum SimError {
 /// What is wrong inside an expression.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Flaw {
-    #[error("{what} cannot be simulated yet")]
-    Unsupported { what: &'static str },
     #[error("parameter {id} does not exist")]
     UnknownParam { id: usize },
     #[error("agent {id} does not exist")]
@@ -81,12 +94,36 @@ pub enum Flaw {
     UnboundVariable { id: usize },
     #[error("a reduction binds {found} variables, but its index set has {expected}")]
     Binders { expected: usize, found: usize },
-    #[error("pairs of pairs are not an index set")]
-    PairsOfPairs,
+    #[error("{inner} cannot be the members of another set")]
+    SetInSet { inner: &'static str },
     #[error("{agent} is no member of the formation's group")]
     NotInFormation { agent: String },
-    #[error("formation slots cannot be used inside a formation")]
-    SlotInFormation,
+    #[error("places and distances of formations cannot be used inside a formation")]
+    FormationInFormation,
+    #[error("the places of a formation need an agent that they are about")]
+    AboutNobody,
+    #[error("formation `{formation}` tells distances, not places")]
+    NoPlaces { formation: String },
+    #[error("they are no neighbours in this formation, or not the two variables of its edges")]
+    NoNeighbours,
+    #[error("the edge {edge:?} is not between two of {nodes} nodes, which are numbered from 0")]
+    UnknownNode { edge: (usize, usize), nodes: usize },
+    #[error("a graph of {count} edges is too large; at most {most} are possible")]
+    TooManyEdges { count: usize, most: usize },
+    #[error("two obstacles have no clearance")]
+    NoClearance,
+    #[error("recorded path {id} does not exist")]
+    UnknownTrack { id: usize },
+    #[error("a list needs entries")]
+    EmptyList,
+    #[error("parameter `{param}` is not drawn yet")]
+    NotYetDrawn { param: String },
+    #[error("terms and measures are known only in tests")]
+    OnlyInTests,
+    #[error("there is no such term or end")]
+    UnknownMeasure,
+    #[error("{agent} is not commanded by the policy")]
+    NotLearned { agent: String },
     #[error("the member's own quantities are known only in starts and motions")]
     NoMember,
     #[error("slot numbers are known only inside a formation")]
@@ -109,8 +146,14 @@ pub enum Flaw {
     TooManyVariables { most: usize },
     #[error("a filter of an observation must not change during an episode")]
     ChangingFilter,
+    #[error(
+        "every member needs as many entries, but {first} has {entries} and {other} has {others}; leave out the filter or change it"
+    )]
+    UnequalStates { first: String, entries: usize, other: String, others: usize },
+    #[error("a delay of {delay} steps is too long for so many entries")]
+    TooLate { delay: usize },
     #[error("it must be a finite number, not negative, but is {value}")]
-    BadCost { value: f64 },
+    Negative { value: f64 },
 }
 
 /// ` (file:line:column)`, nothing where the place is unknown.

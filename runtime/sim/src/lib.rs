@@ -8,6 +8,8 @@ mod control;
 mod episode;
 mod error;
 mod maths;
+mod observe;
+mod outline;
 mod program;
 #[cfg(test)]
 mod sample;
@@ -15,6 +17,7 @@ mod script;
 mod settings;
 mod step;
 mod task;
+mod trial;
 
 pub use body::{BODIES, body_settings};
 pub use control::{CONTROLLERS, Controller, controller, controller_settings};
@@ -22,3 +25,4 @@ pub use episode::{Episode, EpisodeKey};
 pub use error::{Flaw, SimError};
 pub use step::{Fault, Mode, Step};
 pub use task::Task;
+pub use trial::{TestFailure, run_test};

@@ -86,12 +86,12 @@ impl Script {
         let mut draws = Draws::new(episode.key.address(Purpose::Motion, self.agent, 0));
         let own = self.first..self.first + self.states.len();
         for (k, state) in self.states.iter().enumerate() {
-            let scene = Scene::new(&episode.agents, &task.shapes, 0.0);
+            let scene = task.scene(episode);
             let value = state.start.eval(&mut scene.random(&episode.memory[own.clone()], &mut draws));
             episode.memory[self.first + k] = value;
         }
         if self.positions {
-            let scene = Scene::new(&episode.agents, &task.shapes, 0.0);
+            let scene = task.scene(episode);
             let position = self.output.eval(&mut scene.random(&episode.memory[own], &mut draws));
             episode.agents.position[self.agent] = position;
         }
@@ -104,11 +104,11 @@ impl Script {
         let mut draws = Draws::new(episode.key.address(Purpose::Motion, self.agent, step as u64));
         let own = self.first..self.first + self.states.len();
         for (k, state) in self.states.iter().enumerate() {
-            let scene = Scene::new(&episode.agents, &task.shapes, time_s);
+            let scene = Scene::new(&task.model, &episode.agents, &episode.params, time_s);
             let value = state.next.eval(&mut scene.random(&episode.memory[own.clone()], &mut draws));
             episode.fresh[self.first + k] = value;
         }
-        let scene = Scene::new(&episode.agents, &task.shapes, time_s);
+        let scene = Scene::new(&task.model, &episode.agents, &episode.params, time_s);
         self.output.eval(&mut scene.random(&episode.fresh[own], &mut draws))
     }
 }
@@ -122,14 +122,12 @@ pub(crate) fn move_scripted(task: &Task, episode: &mut Episode) {
     std::mem::swap(&mut episode.memory, &mut episode.fresh);
     for (k, script) in task.scripts.iter().enumerate() {
         let output = episode.outputs[k];
-        let agent = &task.agents[script.agent];
         if script.positions {
             episode.agents.position[script.agent] = output;
             continue;
         }
-        let command = clamp_axes(output, agent.speed_mps);
-        let mut pose = agent.body.moved(episode.pose(script.agent), command, task.dt_s);
-        pose.position = agent.inside(pose.position);
-        episode.set_pose(script.agent, pose);
+        task.drive(episode, script.agent, clamp_axes(output, task.agents[script.agent].speed_mps));
+        let position = &mut episode.agents.position[script.agent];
+        *position = task.agents[script.agent].inside(*position);
     }
 }

@@ -24,6 +24,10 @@ impl<'a> Settings<'a> {
         }
     }
 
+    pub fn has(&self, name: &str) -> bool {
+        self.what.settings.contains_key(name)
+    }
+
     /// A finite number above 0, or from 0 on if `zero`.
     pub fn positive(&self, name: &'static str, zero: bool) -> Result<f64, SimError> {
         let expected = if zero { "a finite number, not negative" } else { "a finite number above 0" };

@@ -5,10 +5,12 @@ use std::f64::consts::{PI, TAU};
 use mpgx_lang::plan::Place;
 use mpgx_random::Purpose;
 
+mod stop;
+
 use crate::episode::{Episode, EpisodeKey};
 use crate::error::SimError;
-use crate::maths::{Vec2, distance, divide, subtract, wrap};
-use crate::program::{Draws, Program, Scene};
+use crate::maths::{Vec2, divide, subtract, wrap};
+use crate::program::{Draws, Scene, clearance};
 use crate::script::move_scripted;
 use crate::task::Task;
 
@@ -24,14 +26,17 @@ pub enum Mode {
 /// What a step gave.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
-    /// Sum of the terms, less the costs of the ends that hold.
+    /// Sum of the terms, less the costs of the ends that hold; if members are rewarded for themselves, the mean.
     pub reward: f64,
     /// The first end that holds, as its index in the Plan.
     pub ended: Option<u16>,
-    /// Mean distance from the slots over the members of all formations, m; 0 without a formation.
+    /// Mean over all formations of the distances from the places and of what the distances of neighbours differ
+    /// from those prescribed, m; 0 without a formation.
     pub error_m: f64,
-    /// Pairs of agents closer than the safety distance (65535 if more).
+    /// Pairs of agents whose outlines are closer than the safety distance (65535 if more).
     pub collisions: u16,
+    /// Pairs of an agent and an obstacle that it was in, before any was put back (65535 if more).
+    pub hits: u16,
     /// Whether an agent was outside its arena, before any was put back.
     pub outside: bool,
     /// Whether the horizon is reached.
@@ -55,13 +60,14 @@ const MOST_ATTEMPTS: u64 = 10_000;
 impl Task {
     /// Begins the episode of `key`; what was in `episode` is forgotten.
     ///
-    /// Agents whose motion tells positions are placed first, then the others in order, again and again until
+    /// First parameters are drawn. Agents whose motion tells positions are placed first, then the others in order, again and again until
     /// all requirements hold. Then the states of the other motions are drawn.
     ///
     /// # Errors
-    /// If 10,000 attempts break a requirement, or if a start is not finite.
+    /// If 10,000 attempts break a requirement, or if a start or a drawn parameter is not finite.
     pub fn reset(&self, episode: &mut Episode, key: EpisodeKey) -> Result<(), SimError> {
         *episode = Episode { key, ..self.episode() };
+        self.draw_params(episode)?;
         for script in self.scripts.iter().filter(|script| script.positions) {
             script.start(self, episode);
             self.check_start(episode, script.agent)?;
@@ -71,7 +77,7 @@ impl Task {
             for id in 0..self.agents.len() {
                 self.place(episode, id, attempt)?;
             }
-            let mut scene = Scene::new(&episode.agents, &self.shapes, 0.0);
+            let mut scene = self.scene(episode);
             let Some(broken) = self.require.iter().position(|require| !require.eval(&mut scene)) else {
                 break;
             };
@@ -84,6 +90,20 @@ impl Task {
             script.start(self, episode);
         }
         self.refresh_slots(episode);
+        self.remember_start(episode);
+        Ok(())
+    }
+
+    fn draw_params(&self, episode: &mut Episode) -> Result<(), SimError> {
+        for (k, drawn) in self.randomised.iter().enumerate() {
+            let mut draws = Draws::new(episode.key.address(Purpose::Parameter, k, 0));
+            let value = drawn.value.eval(&mut self.scene(episode).random(&[], &mut draws));
+            if !value.is_finite() {
+                let (param, at) = (drawn.name.clone(), drawn.at.clone());
+                return Err(SimError::DrawnNotFinite { param, value, at });
+            }
+            episode.params[k] = value;
+        }
         Ok(())
     }
 
@@ -92,8 +112,7 @@ impl Task {
         let agent = &self.agents[id];
         let Some(start) = &agent.start else { return Ok(()) };
         let mut draws = Draws::new(episode.key.address(Purpose::Start, id, attempt));
-        let scene = Scene::new(&episode.agents, &self.shapes, 0.0);
-        episode.agents.position[id] = start.eval(&mut scene.random(&[], &mut draws));
+        episode.agents.position[id] = start.eval(&mut self.scene(episode).random(&[], &mut draws));
         if agent.body.has_heading() {
             episode.agents.heading[id] = wrap(PI - TAU * draws.stream().uniform());
         }
@@ -120,49 +139,48 @@ impl Task {
         }
     }
 
-    /// Writes the learner's state, SI values in the Plan's order.
-    ///
-    /// # Panics
-    /// If `out` is not of length [`Task::state_len`], or if the episode is of another task.
-    pub fn observe(&self, episode: &Episode, out: &mut [f32]) {
-        assert_eq!(out.len(), self.state_len(), "length of the state");
-        let mut scene = Scene::new(&episode.agents, &self.shapes, self.time_s(episode));
-        let mut next = 0;
-        for observed in &self.observed {
-            let [x, y] = observed.value.eval(&mut scene);
-            out[next] = x as f32;
-            next += 1;
-            if matches!(observed.value, Program::Vector(_)) {
-                out[next] = y as f32;
-                next += 1;
-            }
-        }
-    }
-
     /// One step of the world. `action` holds x and y of each learned agent's command; −1 to 1 stands for the
     /// limits of its speed, and what lies beyond is clipped. First the learned agents move, then the scripted
-    /// ones; then terms, ends and measures are taken of the new state. Costs are charged for every end that holds.
+    /// ones; obstacles stop those they should; then terms, ends and measures are taken of the new state. Costs
+    /// are charged for every end that holds.
     ///
     /// # Panics
     /// If `action` is not of length [`Task::action_len`], or if the episode is of another task.
     pub fn step(&self, episode: &mut Episode, action: &[f32], mode: Mode) -> Step {
         assert_eq!(action.len(), self.action_len(), "length of the action");
+        for (k, (&id, action)) in self.learned.iter().zip(action.chunks_exact(2)).enumerate() {
+            episode.asked[k] = [action[0], action[1]].map(|u| self.agents[id].command(u));
+        }
+        self.advance(episode, mode)
+    }
+
+    /// A step in which the learned agents do what is in `episode.asked`.
+    pub(crate) fn advance(&self, episode: &mut Episode, mode: Mode) -> Step {
         episode.before.copy_from_slice(&episode.agents.position);
-        for (&id, command) in self.learned.iter().zip(action.chunks_exact(2)) {
-            let agent = &self.agents[id];
-            let command = [command[0], command[1]].map(|u| agent.command(u));
-            let pose = agent.body.moved(episode.pose(id), command, self.dt_s);
-            episode.set_pose(id, pose);
+        episode.agents.last_command.copy_from_slice(&episode.agents.command);
+        for (k, &id) in self.learned.iter().enumerate() {
+            self.drive(episode, id, episode.asked[k]);
         }
         move_scripted(self, episode);
         episode.step += 1;
-        let outside = self.settle(episode, mode);
+        let hits = self.hits(episode);
+        self.stop(episode);
+        self.settle(episode, mode);
         self.refresh_slots(episode);
-        self.judge(episode, outside)
+        self.remember(episode);
+        Step { hits, ..self.judge(episode) }
+    }
+
+    /// Moves an agent as commanded, within the limits of its acceleration.
+    pub(crate) fn drive(&self, episode: &mut Episode, id: usize, command: Vec2) {
+        let body = &self.agents[id].body;
+        let command = body.limited(episode.agents.command[id], command);
+        episode.agents.command[id] = command;
+        episode.set_pose(id, body.moved(episode.pose(id), command, self.dt_s));
     }
 
     /// Tells who is outside, puts learned agents back in evaluation, and takes velocities.
-    fn settle(&self, episode: &mut Episode, mode: Mode) -> bool {
+    fn settle(&self, episode: &mut Episode, mode: Mode) {
         let agents = &mut episode.agents;
         for (id, agent) in self.agents.iter().enumerate() {
             agents.outside[id] = agent.is_outside(agents.position[id]);
@@ -173,56 +191,79 @@ impl Task {
             }
         }
         for (id, before) in episode.before.iter().enumerate() {
-            agents.velocity[id] = divide(subtract(agents.position[id], *before), self.dt_s);
+            let velocity = divide(subtract(agents.position[id], *before), self.dt_s);
+            agents.velocity[id] = velocity;
+            if velocity != [0.0; 2] {
+                agents.course[id] = velocity;
+            }
+            if !self.agents[id].commanded {
+                agents.command[id] = velocity;
+            }
         }
-        agents.outside.contains(&true)
+        if episode.step == 1 {
+            agents.last_command.copy_from_slice(&agents.command);
+        }
     }
 
-    fn judge(&self, episode: &mut Episode, outside: bool) -> Step {
-        let mut scene = Scene::new(&episode.agents, &self.shapes, self.time_s(episode));
-        let mut reward = 0.0;
-        for (value, term) in episode.terms.iter_mut().zip(&self.terms) {
-            *value = term.value.eval(&mut scene);
-            reward += *value;
-        }
+    /// Takes terms, ends and measures of the present state; hits were before it.
+    pub(crate) fn judge(&self, episode: &mut Episode) -> Step {
+        let mut terms = std::mem::take(&mut episode.terms);
+        let mut rewards = std::mem::take(&mut episode.rewards);
+        let mut scene = self.scene(episode);
+        let mut reward = self.reward(&mut scene, &mut terms, &mut rewards);
         let mut ended = None;
         for (k, end) in self.ends.iter().enumerate() {
             if end.when.eval(&mut scene) {
                 ended = ended.or(Some(k as u16));
-                reward -= end.cost.as_ref().map_or(0.0, |cost| cost.eval(&mut scene));
+                let cost = end.cost.as_ref().map_or(0.0, |cost| cost.eval(&mut scene));
+                reward -= cost;
+                rewards.iter_mut().for_each(|reward| *reward -= cost);
             }
         }
+        (episode.terms, episode.rewards) = (terms, rewards);
         Step {
             reward,
             ended,
             error_m: self.error_m(episode),
             collisions: self.collisions(episode),
-            outside,
+            hits: 0,
+            outside: episode.agents.outside.contains(&true),
             last: episode.step >= self.horizon,
             fault: self.fault(episode, reward),
         }
     }
 
-    fn error_m(&self, episode: &Episode) -> f64 {
-        let mut slots = episode.slots.iter();
-        let mut sum = 0.0;
-        for shape in &self.shapes {
-            let members = &episode.agents.position[shape.first..];
-            sum += members
-                .iter()
-                .zip(slots.by_ref().take(shape.displacements.len()))
-                .map(|(p, f)| distance(*p, *f))
-                .sum::<f64>();
+    /// Writes the terms (of the team) and the reward of each member, before costs; gives that of the team.
+    fn reward(&self, scene: &mut Scene, terms: &mut [f64], rewards: &mut [f64]) -> f64 {
+        if !self.rewarded {
+            let mut reward = 0.0;
+            for (value, term) in terms.iter_mut().zip(&self.terms) {
+                *value = term.value.eval(scene);
+                reward += *value;
+            }
+            rewards.fill(reward);
+            return reward;
         }
-        sum / episode.slots.len().max(1) as f64
+        terms.fill(0.0);
+        for (member, reward) in rewards.iter_mut().enumerate() {
+            self.bind(scene, member);
+            *reward = 0.0;
+            for (sum, term) in terms.iter_mut().zip(&self.terms) {
+                let value = term.value.eval(scene);
+                *reward += value;
+                *sum += value;
+            }
+        }
+        terms.iter_mut().for_each(|sum| *sum /= rewards.len() as f64);
+        rewards.iter().sum::<f64>() / rewards.len() as f64
     }
 
     fn collisions(&self, episode: &Episode) -> u16 {
-        let positions = &episode.agents.position;
         let mut count = 0u16;
-        for (i, p) in positions.iter().enumerate() {
-            for q in &positions[i + 1..] {
-                count = count.saturating_add(u16::from(distance(*p, *q) < self.safety_m));
+        for (k, &i) in self.everyone.iter().enumerate() {
+            for &j in &self.everyone[k + 1..] {
+                let close = clearance(&self.model, &episode.agents.position, i, j) < self.safety_m;
+                count = count.saturating_add(u16::from(close));
             }
         }
         count
@@ -245,7 +286,7 @@ impl Task {
                 return fault(format!("reward term `{}` is {value}", term.name), &term.at);
             }
         }
-        let mut scene = Scene::new(&episode.agents, &self.shapes, self.time_s(episode));
+        let mut scene = self.scene(episode);
         for end in &self.ends {
             let cost = end.cost.as_ref().map_or(0.0, |cost| cost.eval(&mut scene));
             if !cost.is_finite() {
@@ -253,20 +294,6 @@ impl Task {
             }
         }
         fault(format!("the reward is {reward}"), &Place::default())
-    }
-
-    pub(crate) fn refresh_slots(&self, episode: &mut Episode) {
-        let mut scene = Scene::new(&episode.agents, &self.shapes, self.time_s(episode));
-        let mut slots = episode.slots.iter_mut();
-        for (k, shape) in self.shapes.iter().enumerate() {
-            for (member, slot) in slots.by_ref().take(shape.displacements.len()).enumerate() {
-                *slot = scene.slot(k, shape.first + member);
-            }
-        }
-    }
-
-    fn time_s(&self, episode: &Episode) -> f64 {
-        episode.step as f64 * self.dt_s
     }
 }
 

@@ -1,13 +1,18 @@
 //! A Task: a World of the Plan, checked and compiled.
 
 mod build;
+mod formation;
+
+use std::ops::Range;
+use std::sync::Arc;
 
 use mpgx_lang::plan::{Area, Place};
 
 use crate::body::Body;
 use crate::episode::{Episode, EpisodeKey};
 use crate::maths::{Vec2, clamp};
-use crate::program::{Agents, Number, Program, Shape, Truth, Vector};
+use crate::observe::Observed;
+use crate::program::{Agents, Formation, Model, Number, Scene, Truth, Vector};
 use crate::script::Script;
 
 /// A World, ready to run. It never changes; what changes is an [`Episode`].
@@ -16,14 +21,28 @@ pub struct Task {
     pub(crate) dt_s: f64,
     pub(crate) horizon: usize,
     pub(crate) safety_m: f64,
+    /// Agents and obstacles.
     pub(crate) agents: Vec<Agent>,
+    /// Those that are no obstacles.
+    pub(crate) everyone: Arc<[usize]>,
+    pub(crate) obstacles: Arc<[usize]>,
+    /// Agents that are stopped, and by which obstacles.
+    pub(crate) stopped: Vec<(usize, Vec<usize>)>,
     /// The agents that the policy commands, in the order of the action.
     pub(crate) learned: Vec<usize>,
     pub(crate) scripts: Vec<Script>,
-    pub(crate) shapes: Vec<Shape>,
+    pub(crate) model: Model,
+    pub(crate) randomised: Vec<Randomised>,
     pub(crate) require: Vec<Truth>,
+    /// The members of a shared policy.
+    pub(crate) shared: Option<Range<usize>>,
     pub(crate) observed: Vec<Observed>,
+    pub(crate) state_len: usize,
+    /// Whether an observation is noisy.
+    pub(crate) noisy: bool,
     pub(crate) terms: Vec<Term>,
+    /// Whether each member is rewarded for itself.
+    pub(crate) rewarded: bool,
     pub(crate) ends: Vec<End>,
 }
 
@@ -40,13 +59,16 @@ pub(crate) struct Agent {
     pub speed_mps: (f64, f64),
     /// `None`: its motion places it.
     pub start: Option<Vector>,
+    /// Whether something commands its velocity.
+    pub commanded: bool,
 }
 
-/// One number or vector of the learner's state.
+/// A parameter that is drawn for each episode.
 #[derive(Clone, Debug)]
-pub(crate) struct Observed {
-    name: String,
-    pub value: Program,
+pub(crate) struct Randomised {
+    pub name: String,
+    pub at: Place,
+    pub value: Number,
 }
 
 #[derive(Clone, Debug)]
@@ -65,9 +87,14 @@ pub(crate) struct End {
 }
 
 impl Task {
-    /// Length of the learner's state.
+    /// Length of the learner's state; with a shared policy, of the state of each member.
     pub fn state_len(&self) -> usize {
-        self.observed.iter().map(Observed::len).sum()
+        self.state_len
+    }
+
+    /// How many members share one policy. `None`: one policy commands all learned agents.
+    pub fn shared(&self) -> Option<usize> {
+        self.shared.as_ref().map(Range::len)
     }
 
     /// Length of the action: two for each learned agent.
@@ -80,7 +107,7 @@ impl Task {
         self.horizon
     }
 
-    /// Number of agents.
+    /// Number of agents and obstacles.
     pub fn agents(&self) -> usize {
         self.agents.len()
     }
@@ -90,23 +117,9 @@ impl Task {
         self.terms.len()
     }
 
-    /// Number of slots of all formations.
+    /// Number of places of all formations.
     pub fn slot_count(&self) -> usize {
-        self.shapes.iter().map(|shape| shape.displacements.len()).sum()
-    }
-
-    /// What each entry of the state is, as written: `F[i] - p[i] (follower[2]) x`.
-    pub fn observation_names(&self) -> Vec<String> {
-        let mut names = Vec::new();
-        for observed in &self.observed {
-            match observed.value {
-                Program::Vector(_) => {
-                    names.extend(["x", "y"].map(|axis| format!("{} {axis}", observed.name)))
-                }
-                _ => names.push(observed.name.clone()),
-            }
-        }
-        names
+        self.model.formations.iter().map(Formation::places).sum()
     }
 
     /// What each entry of the action is: `follower[2] velocity x`.
@@ -119,29 +132,54 @@ impl Task {
     /// Buffers for an episode of this task; [`Task::reset`] begins one.
     pub fn episode(&self) -> Episode {
         let memory = vec![[0.0; 2]; self.scripts.iter().map(Script::memory).sum()];
+        let late = self.observed.iter().map(Observed::late).sum::<usize>() * self.members();
         Episode {
             key: EpisodeKey::default(),
             step: 0,
             agents: Agents::new(self.agents.len()),
+            params: vec![f64::NAN; self.randomised.len()],
+            asked: vec![[0.0; 2]; self.learned.len()],
             before: vec![[0.0; 2]; self.agents.len()],
             fresh: memory.clone(),
             memory,
             outputs: vec![[0.0; 2]; self.scripts.len()],
             slots: vec![[0.0; 2]; self.slot_count()],
             terms: vec![0.0; self.terms.len()],
+            rewards: vec![0.0; self.members()],
+            late: vec![0.0; late],
         }
+    }
+
+    /// What observes and is rewarded: the members of a shared policy, or the one learner.
+    pub(crate) fn members(&self) -> usize {
+        self.shared().unwrap_or(1)
+    }
+
+    pub(crate) fn scene<'a>(&'a self, episode: &'a Episode) -> Scene<'a> {
+        Scene::new(&self.model, &episode.agents, &episode.params, self.time_s(episode))
+    }
+
+    /// Makes the first index variable stand for a member of a shared policy.
+    pub(crate) fn bind(&self, scene: &mut Scene, member: usize) {
+        if let Some(members) = &self.shared {
+            scene.bind(members.start + member);
+        }
+    }
+
+    pub(crate) fn time_s(&self, episode: &Episode) -> f64 {
+        episode.step as f64 * self.dt_s
     }
 
     /// The position in [`Episode::slots`] of the first formation's slot of an agent.
     pub(crate) fn slot_of(&self, agent: usize) -> Option<usize> {
         let mut before = 0;
-        for shape in &self.shapes {
-            if let Some(member) = agent.checked_sub(shape.first)
-                && member < shape.displacements.len()
+        for formation in &self.model.formations {
+            if let Some(member) = agent.checked_sub(formation.first)
+                && member < formation.places()
             {
                 return Some(before + member);
             }
-            before += shape.displacements.len();
+            before += formation.places();
         }
         None
     }
@@ -173,12 +211,6 @@ impl Agent {
     pub fn is_outside(&self, [x, y]: Vec2) -> bool {
         self.arena
             .is_some_and(|arena| x < arena.x_m.0 || x > arena.x_m.1 || y < arena.y_m.0 || y > arena.y_m.1)
-    }
-}
-
-impl Observed {
-    fn len(&self) -> usize {
-        if matches!(self.value, Program::Vector(_)) { 2 } else { 1 }
     }
 }
 

@@ -3,13 +3,12 @@
 //! Oracle A knows where the leader is now; for a leader that moves at random nothing can do better on
 //! average. Oracle B also knows where scripted agents will be after the step.
 //!
-//! For a point the best step is exact: the way to the slot in one time step, clipped on each axis. For a
-//! unicycle the step itself is tried out. If the dead-beat command, corrected a few times by what it misses,
+//! For a body that moves as commanded the best step is exact: the way to the slot in one time step, clipped on
+//! each axis. For a unicycle, or where the acceleration is limited, the step itself is tried out. If the dead-beat command, corrected a few times by what it misses,
 //! reaches the slot, it is the best. If not, pattern searches from the best commands of a grid find the one
 //! whose step ends closest, to better than 1e-4 m.
 
 use super::{Aims, Controller};
-use crate::body::Body;
 use crate::episode::Episode;
 use crate::maths::{Vec2, add, clamp_axes, divide, norm, rotate, subtract};
 use crate::script::move_scripted;
@@ -74,12 +73,13 @@ const CORRECTIONS: usize = 4;
 /// The velocity command within the agent's limits whose step ends closest to `slot`, m/s.
 fn best(task: &Task, episode: &Episode, agent: usize, slot: Vec2) -> Vec2 {
     let (body, limits) = (&task.agents[agent].body, task.agents[agent].speed_mps);
-    let pose = episode.pose(agent);
+    let (pose, before) = (episode.pose(agent), episode.agents.command[agent]);
     let mut command = clamp_axes(divide(subtract(slot, pose.position), task.dt_s), limits);
-    if *body == Body::Point {
+    if body.goes_anywhere() && body.limited(before, command) == command {
         return command;
     }
-    let missing = |command| subtract(slot, body.moved(pose, command, task.dt_s).position);
+    let step = |command| body.moved(pose, body.limited(before, command), task.dt_s);
+    let missing = |command| subtract(slot, step(command).position);
     for _ in 0..CORRECTIONS {
         let rest = missing(command);
         if norm(rest) < CLOSE_M {

@@ -1,29 +1,20 @@
 //! Plan expressions to programs.
 
-use std::ops::Range;
+mod call;
+mod layout;
+mod sets;
 
-use mpgx_lang::plan::{
-    AgentRef, BinaryOp, Binder, Distribution, Expr, Function, GroupId, IndexSet, Param, Quantity, Reduction,
-    UnaryOp, VarId, World, WorldConstant,
-};
+use std::sync::Arc;
 
-use super::draw::{Distribution as Law, Draw, MOST_DRAWS};
-use super::{Agents, Each, Fold, MOST_VARIABLES, Number, Program, Scene, Truth, Vector, Who};
+use mpgx_lang::plan::{BinaryOp, Expr, Measure, Quantity, UnaryOp, VarId, WorldConstant};
+
+use super::{Agents, Number, Program, Scene, Truth, Vector};
 use crate::error::Flaw;
 use crate::maths;
+pub(crate) use layout::Layout;
 
 /// Expressions inside each other; keeps the stack safe from a Plan made by hand.
 const MOST_DEPTH: usize = 400;
-
-/// What the names of a World stand for.
-pub(crate) struct Layout<'a> {
-    pub params: &'a [Param],
-    pub world: &'a World,
-    /// The agents of each group.
-    pub groups: Vec<Range<usize>>,
-    /// `leader`, `follower[2]`; one an agent.
-    pub names: Vec<String>,
-}
 
 /// What an expression may use besides parameters and agents.
 #[derive(Clone, Copy, Default)]
@@ -37,8 +28,21 @@ pub(crate) struct Scope<'a> {
     pub draws: bool,
     /// While agents are placed: which already are.
     pub placed: Option<&'a [bool]>,
-    /// A variable that stands for one agent.
-    pub bound: Option<(VarId, usize)>,
+    /// Whether this is a part of a formation, which may not refer to formations.
+    pub formation: bool,
+    /// While parameters are drawn: how many are. `None`: all.
+    pub drawn: Option<usize>,
+    /// In tests: what is measured of the present state.
+    pub measured: Option<&'a dyn Fn(Measure) -> Option<Program>>,
+}
+
+/// When the value of an expression can change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Varies {
+    Never,
+    /// With the agents that index variables stand for, and in no other way.
+    WithMembers,
+    InTime,
 }
 
 /// Compiles one expression.
@@ -51,22 +55,23 @@ pub(crate) struct Compiler<'a> {
     depth: usize,
     /// The sites of draws so far, and whether they are in a reduction.
     sites: Vec<(usize, bool)>,
-    /// Whether anything compiled since this was last cleared can change during an episode.
-    varies: bool,
+    /// When what was compiled since this was last cleared can change.
+    pub varies: Varies,
 }
 
 /// An index variable in scope and the agents it may stand for.
 struct Bound {
     id: VarId,
-    who: Who,
-    agents: Range<usize>,
+    variable: usize,
+    agents: Arc<[usize]>,
+    /// Of the ends of an edge: the formation, and the variable that numbers the edges.
+    edge: Option<(usize, usize)>,
 }
 
 impl<'a> Compiler<'a> {
     pub fn new(layout: &'a Layout<'a>, scope: Scope<'a>) -> Self {
-        let bound = |(id, agent)| Bound { id, who: Who::Agent(agent), agents: agent..agent + 1 };
-        let variables = scope.bound.map(bound).into_iter().collect();
-        Compiler { layout, scope, variables, loops: 0, depth: 0, sites: Vec::new(), varies: false }
+        let varies = Varies::Never;
+        Compiler { layout, scope, variables: Vec::new(), loops: 0, depth: 0, sites: Vec::new(), varies }
     }
 
     pub fn number(&mut self, expr: &Expr) -> Result<Number, Flaw> {
@@ -96,12 +101,12 @@ impl<'a> Compiler<'a> {
             return Err(Flaw::TooDeep { most: MOST_DEPTH });
         }
         self.depth += 1;
-        let around = std::mem::replace(&mut self.varies, false);
+        let around = std::mem::replace(&mut self.varies, Varies::Never);
         let mut program = self.node(expr)?;
-        if !self.varies {
-            program = constant(&program);
+        if self.varies == Varies::Never {
+            program = self.constant(&program);
         }
-        self.varies |= around;
+        self.varies = self.varies.max(around);
         self.depth -= 1;
         Ok(program)
     }
@@ -110,21 +115,18 @@ impl<'a> Compiler<'a> {
         Ok(match expr {
             Expr::Number(x) => Program::Number(Number::Constant(*x)),
             Expr::Truth(truth) => Program::Truth(Truth::Constant(*truth)),
-            Expr::Param(id) => match self.layout.params.get(*id) {
-                Some(param) => Program::Number(Number::Constant(param.value)),
-                None => return Err(Flaw::UnknownParam { id: *id }),
-            },
+            Expr::Param(id) => Program::Number(self.param(*id)?),
             Expr::World(constant) => Program::Number(Number::Constant(match constant {
                 WorldConstant::Dt => self.layout.world.dt_s,
                 WorldConstant::Safety => self.layout.world.safety_m,
                 WorldConstant::Horizon => self.layout.world.horizon as f64,
             })),
             Expr::Time => {
-                self.varies = true;
+                self.varies = Varies::InTime;
                 Program::Number(Number::Time)
             }
             Expr::State(id) => {
-                self.varies = true;
+                self.varies = Varies::InTime;
                 match self.scope.states.get(*id) {
                     Some(false) => Program::Number(Number::State(*id)),
                     Some(true) => Program::Vector(Vector::State(*id)),
@@ -163,20 +165,26 @@ impl<'a> Compiler<'a> {
                     Quantity::Position => Program::Vector(Vector::Position(who)),
                     Quantity::Velocity => Program::Vector(Vector::Velocity(who)),
                     Quantity::Heading => Program::Number(Number::Heading(who)),
+                    Quantity::Command => Program::Vector(Vector::Command(who)),
+                    Quantity::CommandChange => Program::Vector(Vector::CommandChange(who)),
                     Quantity::Outside => Program::Truth(Truth::Outside(who)),
-                    Quantity::Command | Quantity::CommandChange => {
-                        return Err(Flaw::Unsupported { what: "a command" });
-                    }
                 }
             }
-            Expr::Slot(formation, agent) => self.slot_of(*formation, *agent)?,
-            Expr::Rest(..)
-            | Expr::Clearance(..)
-            | Expr::Same(..)
-            | Expr::MemberNumber(_)
-            | Expr::Element(..)
-            | Expr::Track(..)
-            | Expr::Measured(_) => return Err(Flaw::Unsupported { what: "this expression" }),
+            Expr::Slot(formation, agent) => Program::Vector(self.slot_of(*formation, *agent)?),
+            Expr::Rest(formation, a, b) => Program::Number(self.rest(*formation, *a, *b)?),
+            Expr::Clearance(a, b) => Program::Number(self.clearance(*a, *b)?),
+            Expr::Same(a, b) => Program::Truth(Truth::Same(Box::new([self.known(*a)?.0, self.known(*b)?.0]))),
+            Expr::MemberNumber(agent) => Program::Number(Number::MemberNumber(self.known(*agent)?.0)),
+            Expr::Element(list, number) => self.element(list, number)?,
+            Expr::Track(id, time) => {
+                let time = Box::new(self.number(time)?);
+                self.varies = Varies::InTime;
+                Program::Vector(Vector::Track(self.layout.track(*id)?, time))
+            }
+            Expr::Measured(measure) => {
+                let measured = self.scope.measured.ok_or(Flaw::OnlyInTests)?;
+                measured(*measure).ok_or(Flaw::UnknownMeasure)?
+            }
             Expr::Reduce { op, vars, over, filter, body } => {
                 self.reduce(*op, vars, over, filter.as_deref(), body)?
             }
@@ -241,234 +249,52 @@ impl<'a> Compiler<'a> {
         })
     }
 
-    fn call(&mut self, function: Function, arguments: &[Expr]) -> Result<Program, Flaw> {
-        let arity = |expected| Flaw::Arity {
-            function: format!("{function:?}").to_lowercase(),
-            expected,
-            found: arguments.len(),
-        };
-        match function {
-            Function::Norm | Function::X | Function::Y | Function::Unit => {
-                let [v] = arguments else { return Err(arity(1)) };
-                let v = Box::new(self.vector(v)?);
-                Ok(match function {
-                    Function::Norm => Program::Number(Number::OfVector(maths::norm, v)),
-                    Function::X => Program::Number(Number::OfVector(|v| v[0], v)),
-                    Function::Y => Program::Number(Number::OfVector(|v| v[1], v)),
-                    _ => Program::Vector(Vector::Unit(v)),
-                })
+    fn param(&mut self, id: usize) -> Result<Number, Flaw> {
+        let param = self.layout.params.get(id).ok_or(Flaw::UnknownParam { id })?;
+        let randomised = &self.layout.world.randomise;
+        match randomised.iter().position(|drawn| drawn.param == id) {
+            None => Ok(Number::Constant(param.value)),
+            Some(k) if self.scope.drawn.is_some_and(|drawn| k >= drawn) => {
+                Err(Flaw::NotYetDrawn { param: param.name.clone() })
             }
-            Function::Dot | Function::Cross => {
-                let [a, b] = arguments else { return Err(arity(2)) };
-                let operands = Box::new([self.vector(a)?, self.vector(b)?]);
-                let formula = if function == Function::Dot { maths::dot } else { maths::cross };
-                Ok(Program::Number(Number::OfVectors(formula, operands)))
-            }
-            Function::Rotate => {
-                let [v, angle] = arguments else { return Err(arity(2)) };
-                Ok(Program::Vector(Vector::Rotate(Box::new((self.vector(v)?, self.number(angle)?)))))
-            }
-            Function::Atan2 | Function::Mod | Function::Min | Function::Max => {
-                let [a, b] = arguments else { return Err(arity(2)) };
-                let formula = match function {
-                    Function::Atan2 => libm::atan2,
-                    Function::Mod => maths::modulo,
-                    Function::Min => maths::lesser,
-                    _ => maths::greater,
-                };
-                self.function2(formula, a, b)
-            }
-            Function::Clamp => {
-                let [x, low, high] = arguments else { return Err(arity(3)) };
-                let operands = [self.number(x)?, self.number(low)?, self.number(high)?];
-                Ok(Program::Number(Number::Clamp(Box::new(operands))))
-            }
-            Function::Abs
-            | Function::Sqrt
-            | Function::Sin
-            | Function::Cos
-            | Function::Tan
-            | Function::Exp
-            | Function::Ln
-            | Function::Tanh
-            | Function::Floor
-            | Function::Sign => {
-                let [x] = arguments else { return Err(arity(1)) };
-                let formula: fn(f64) -> f64 = match function {
-                    Function::Abs => f64::abs,
-                    Function::Sqrt => f64::sqrt,
-                    Function::Sin => libm::sin,
-                    Function::Cos => libm::cos,
-                    Function::Tan => libm::tan,
-                    Function::Exp => libm::exp,
-                    Function::Ln => libm::log,
-                    Function::Tanh => libm::tanh,
-                    Function::Floor => f64::floor,
-                    _ => maths::sign,
-                };
-                Ok(Program::Number(Number::Function1(formula, Box::new(self.number(x)?))))
+            Some(k) => {
+                self.varies = Varies::InTime;
+                Ok(Number::Drawn(k))
             }
         }
     }
 
-    fn function2(&mut self, formula: fn(f64, f64) -> f64, a: &Expr, b: &Expr) -> Result<Program, Flaw> {
-        let operands = Box::new([self.number(a)?, self.number(b)?]);
-        Ok(Program::Number(Number::Function2(formula, operands)))
+    fn element(&mut self, list: &[Expr], number: &Expr) -> Result<Program, Flaw> {
+        let number = self.number(number)?;
+        let (mut numbers, mut vectors) = (Vec::new(), Vec::new());
+        for entry in list {
+            match self.program(entry)? {
+                Program::Number(entry) => numbers.push(entry),
+                Program::Vector(entry) => vectors.push(entry),
+                truth => return Err(not_arithmetic(&truth)),
+            }
+        }
+        match (numbers.is_empty(), vectors.is_empty()) {
+            (false, true) => Ok(Program::Number(Number::Element(Box::new((numbers, number))))),
+            (true, false) => Ok(Program::Vector(Vector::Element(Box::new((vectors, number))))),
+            (true, true) => Err(Flaw::EmptyList),
+            (false, false) => Err(Flaw::Kind { expected: "a number", found: "a vector" }),
+        }
     }
 
     fn slot(&self) -> Result<(usize, usize), Flaw> {
         self.scope.slot.ok_or(Flaw::NoSlotNumber)
     }
 
-    fn slot_of(&mut self, formation: usize, agent: AgentRef) -> Result<Program, Flaw> {
-        if self.scope.slot.is_some() {
-            return Err(Flaw::SlotInFormation);
+    /// The value of a program that looks at nothing.
+    fn constant(&self, program: &Program) -> Program {
+        let nobody = Agents::default();
+        let mut scene = Scene::new(&self.layout.model, &nobody, &[], 0.0);
+        match program {
+            Program::Number(number) => Program::Number(Number::Constant(number.eval(&mut scene))),
+            Program::Vector(vector) => Program::Vector(Vector::Constant(vector.eval(&mut scene))),
+            Program::Truth(truth) => Program::Truth(Truth::Constant(truth.eval(&mut scene))),
         }
-        let shape = self.layout.world.formations.get(formation);
-        let shape = shape.ok_or(Flaw::UnknownFormation { id: formation })?;
-        let about = shape.about.ok_or(Flaw::Unsupported { what: "a place in a formation about nobody" })?;
-        self.must_be_placed(about..about + 1)?;
-        let (who, agents) = self.known(agent)?;
-        let members = self.group(shape.group)?;
-        if let Some(stranger) = agents.into_iter().find(|agent| !members.contains(agent)) {
-            return Err(Flaw::NotInFormation { agent: self.layout.names[stranger].clone() });
-        }
-        self.varies = true;
-        Ok(Program::Vector(Vector::Slot(formation, who)))
-    }
-
-    /// An agent whose state is looked at.
-    fn who(&mut self, agent: AgentRef) -> Result<(Who, Range<usize>), Flaw> {
-        self.varies = true;
-        let (who, agents) = self.known(agent)?;
-        self.must_be_placed(agents.clone())?;
-        Ok((who, agents))
-    }
-
-    fn known(&self, agent: AgentRef) -> Result<(Who, Range<usize>), Flaw> {
-        let fixed = |agent| (Who::Agent(agent), agent..agent + 1);
-        match agent {
-            AgentRef::Fixed(id) if id < self.layout.names.len() => Ok(fixed(id)),
-            AgentRef::Fixed(id) => Err(Flaw::UnknownAgent { id }),
-            AgentRef::Member => self.scope.member.map(fixed).ok_or(Flaw::NoMember),
-            AgentRef::Var(id) => {
-                let bound = self.variables.iter().rev().find(|bound| bound.id == id);
-                let bound = bound.ok_or(Flaw::UnboundVariable { id })?;
-                Ok((bound.who, bound.agents.clone()))
-            }
-        }
-    }
-
-    fn must_be_placed(&self, mut agents: Range<usize>) -> Result<(), Flaw> {
-        let Some(placed) = self.scope.placed else { return Ok(()) };
-        match agents.find(|&agent| placed.get(agent) != Some(&true)) {
-            None => Ok(()),
-            Some(agent) => Err(Flaw::NotYetPlaced { agent: self.layout.names[agent].clone() }),
-        }
-    }
-
-    fn group(&self, id: GroupId) -> Result<Range<usize>, Flaw> {
-        self.layout.groups.get(id).cloned().ok_or(Flaw::UnknownGroup { id })
-    }
-
-    /// The members of an index set that is not of pairs.
-    pub fn members(&self, set: &IndexSet) -> Result<Range<usize>, Flaw> {
-        match set {
-            IndexSet::All => Ok(0..self.layout.names.len()),
-            IndexSet::Group(id) => self.group(*id),
-            IndexSet::Pairs(_) => Err(Flaw::PairsOfPairs),
-            IndexSet::Obstacles | IndexSet::Edges(_) | IndexSet::Nearest { .. } => {
-                Err(Flaw::Unsupported { what: "this set" })
-            }
-        }
-    }
-
-    fn reduce(
-        &mut self,
-        op: Reduction,
-        binders: &[Binder],
-        set: &IndexSet,
-        filter: Option<&Expr>,
-        body: &Expr,
-    ) -> Result<Program, Flaw> {
-        let (agents, expected) = match set {
-            IndexSet::Pairs(of) => (self.members(of)?, 2),
-            single => (self.members(single)?, 1),
-        };
-        if binders.len() != expected {
-            return Err(Flaw::Binders { expected, found: binders.len() });
-        }
-        let variable = self.loops;
-        if variable + expected > MOST_VARIABLES {
-            return Err(Flaw::TooManyVariables { most: MOST_VARIABLES });
-        }
-        for binder in binders {
-            let who = Who::Variable(self.loops);
-            self.variables.push(Bound { id: binder.id, who, agents: agents.clone() });
-            self.loops += 1;
-        }
-        let filter = filter.map(|filter| self.truth(filter)).transpose()?;
-        let each =
-            Box::new(Each { first: agents.start, end: agents.end, pairs: expected == 2, variable, filter });
-        let program = match op {
-            Reduction::Sum => Program::Number(Number::Fold(Fold::Sum, each, Box::new(self.number(body)?))),
-            Reduction::Mean => Program::Number(Number::Fold(Fold::Mean, each, Box::new(self.number(body)?))),
-            Reduction::Min => Program::Number(Number::Fold(Fold::Min, each, Box::new(self.number(body)?))),
-            Reduction::Max => Program::Number(Number::Fold(Fold::Max, each, Box::new(self.number(body)?))),
-            Reduction::Count => Program::Number(Number::Count(each, Box::new(self.truth(body)?))),
-            Reduction::Any => Program::Truth(Truth::Any(each, Box::new(self.truth(body)?))),
-            Reduction::All => Program::Truth(Truth::All(each, Box::new(self.truth(body)?))),
-        };
-        self.loops = variable;
-        self.variables.truncate(self.variables.len() - expected);
-        Ok(program)
-    }
-
-    fn draw(&mut self, distribution: &Distribution, site: usize) -> Result<Program, Flaw> {
-        if !self.scope.draws {
-            return Err(Flaw::NoDraw);
-        }
-        let (from, vector) = match distribution {
-            Distribution::UnitDisc => (Law::UnitDisc, true),
-            Distribution::Uniform { low: a, high: b } | Distribution::Normal { mean: a, deviation: b } => {
-                let uniform = matches!(distribution, Distribution::Uniform { .. });
-                match (self.program(a)?, self.program(b)?) {
-                    (Program::Number(a), Program::Number(b)) if uniform => (Law::Uniform([a, b]), false),
-                    (Program::Number(a), Program::Number(b)) => (Law::Normal([a, b]), false),
-                    (Program::Vector(a), Program::Vector(b)) if uniform => (Law::UniformAxes([a, b]), true),
-                    (Program::Vector(a), Program::Vector(b)) => (Law::NormalAxes([a, b]), true),
-                    (a, b) => return Err(Flaw::Kind { expected: a.kind(), found: b.kind() }),
-                }
-            }
-        };
-        self.varies = true;
-        let draw = Box::new(Draw { from, memory: self.memory(site)? });
-        Ok(if vector { Program::Vector(Vector::Draw(draw)) } else { Program::Number(Number::Draw(draw)) })
-    }
-
-    /// Where the draw of a site is kept. In a reduction it is drawn for each member, and kept nowhere.
-    fn memory(&mut self, site: usize) -> Result<Option<usize>, Flaw> {
-        let looped = self.loops > 0;
-        match self.sites.iter().position(|&(known, _)| known == site) {
-            Some(memory) if !looped && !self.sites[memory].1 => Ok(Some(memory)),
-            Some(_) => Err(Flaw::DrawInReduction),
-            None if self.sites.len() == MOST_DRAWS => Err(Flaw::TooManyDraws { most: MOST_DRAWS }),
-            None => {
-                self.sites.push((site, looped));
-                Ok((!looped).then_some(self.sites.len() - 1))
-            }
-        }
-    }
-}
-
-/// The value of a program that looks at nothing.
-fn constant(program: &Program) -> Program {
-    let nobody = Agents::default();
-    let mut scene = Scene::new(&nobody, &[], 0.0);
-    match program {
-        Program::Number(number) => Program::Number(Number::Constant(number.eval(&mut scene))),
-        Program::Vector(vector) => Program::Vector(Vector::Constant(vector.eval(&mut scene))),
-        Program::Truth(truth) => Program::Truth(Truth::Constant(truth.eval(&mut scene))),
     }
 }
 

@@ -5,13 +5,20 @@
 
 mod compile;
 mod draw;
+mod each;
 #[cfg(test)]
 mod naive;
+mod scene;
 
-pub(crate) use compile::{Compiler, Layout, Scope};
+pub(crate) use compile::{Compiler, Layout, Scope, Varies};
 pub(crate) use draw::Draws;
+pub(crate) use each::Each;
+pub(crate) use scene::{Agents, Constraint, Formation, Model, Scene, Track, clearance};
+
+use std::sync::Arc;
 
 use draw::Draw;
+use each::Fold;
 
 use crate::maths::{self, Vec2};
 
@@ -23,8 +30,16 @@ const MOST_VARIABLES: usize = 8;
 pub(crate) enum Number {
     Constant(f64),
     Time,
+    /// Value of a parameter that is drawn for each episode.
+    Drawn(usize),
     State(usize),
     Heading(Who),
+    Rest(Box<Rest>),
+    /// An agent, and an agent or obstacle.
+    Clearance(Box<[Who; 2]>),
+    MemberNumber(Who),
+    /// A list and a number in it.
+    Element(Box<(Vec<Number>, Number)>),
     Negate(Box<Number>),
     Add(Box<[Number; 2]>),
     Subtract(Box<[Number; 2]>),
@@ -41,6 +56,15 @@ pub(crate) enum Number {
     Draw(Box<Draw>),
 }
 
+/// The distance that the ends of an edge should have.
+#[derive(Clone, Debug)]
+pub(crate) struct Rest {
+    formation: usize,
+    edges: Arc<[[usize; 2]]>,
+    /// The number of the edge.
+    edge: Who,
+}
+
 /// An expression whose value is a plane vector.
 #[derive(Clone, Debug)]
 pub(crate) enum Vector {
@@ -48,7 +72,12 @@ pub(crate) enum Vector {
     State(usize),
     Position(Who),
     Velocity(Who),
+    Command(Who),
+    CommandChange(Who),
     Slot(usize, Who),
+    Element(Box<(Vec<Vector>, Number)>),
+    /// Position on a track at a time.
+    Track(usize, Box<Number>),
     Pair(Box<[Number; 2]>),
     Negate(Box<Vector>),
     Add(Box<[Vector; 2]>),
@@ -69,6 +98,7 @@ pub(crate) enum Vector {
 pub(crate) enum Truth {
     Constant(bool),
     Outside(Who),
+    Same(Box<[Who; 2]>),
     Not(Box<Truth>),
     And(Box<[Truth; 2]>),
     Or(Box<[Truth; 2]>),
@@ -86,132 +116,11 @@ pub(crate) enum Program {
     Truth(Truth),
 }
 
-/// An agent: fixed, or the value of an index variable.
+/// An agent (or an edge): fixed, or the value of an index variable.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Who {
     Agent(usize),
     Variable(usize),
-}
-
-/// How the numbers of a reduction are put together.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Fold {
-    Sum,
-    Mean,
-    Min,
-    Max,
-}
-
-/// The agents that an index variable runs over: one after the other, or each pair i < j of them
-/// (then `variable` and the one after it are bound).
-#[derive(Clone, Debug)]
-pub(crate) struct Each {
-    first: usize,
-    end: usize,
-    pairs: bool,
-    variable: usize,
-    filter: Option<Truth>,
-}
-
-/// All agents, one entry of each column an agent.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Agents {
-    /// m.
-    pub position: Vec<Vec2>,
-    /// m/s over the last step.
-    pub velocity: Vec<Vec2>,
-    /// rad.
-    pub heading: Vec<f64>,
-    pub outside: Vec<bool>,
-}
-
-/// A compiled formation: where the members of its group, `first` on, belong.
-#[derive(Clone, Debug)]
-pub(crate) struct Shape {
-    pub about: usize,
-    pub first: usize,
-    /// From `about`, m; one a member.
-    pub displacements: Vec<Vector>,
-}
-
-/// What an evaluation may look at.
-pub(crate) struct Scene<'a> {
-    agents: &'a Agents,
-    shapes: &'a [Shape],
-    time_s: f64,
-    states: &'a [Vec2],
-    draws: Option<&'a mut Draws>,
-    variables: [usize; MOST_VARIABLES],
-}
-
-impl Agents {
-    /// All at rest at the origin.
-    pub fn new(count: usize) -> Self {
-        Agents {
-            position: vec![[0.0; 2]; count],
-            velocity: vec![[0.0; 2]; count],
-            heading: vec![0.0; count],
-            outside: vec![false; count],
-        }
-    }
-}
-
-impl<'a> Scene<'a> {
-    /// A scene without draws and motion states.
-    pub fn new(agents: &'a Agents, shapes: &'a [Shape], time_s: f64) -> Self {
-        Scene { agents, shapes, time_s, states: &[], draws: None, variables: [0; MOST_VARIABLES] }
-    }
-
-    /// The same with the states of a motion (numbers in x) and random draws.
-    pub fn random(self, states: &'a [Vec2], draws: &'a mut Draws) -> Self {
-        draws.forget();
-        Scene { states, draws: Some(draws), ..self }
-    }
-
-    fn agent(&self, who: Who) -> usize {
-        match who {
-            Who::Agent(agent) => agent,
-            Who::Variable(variable) => self.variables[variable],
-        }
-    }
-
-    /// Where member `agent` of a formation belongs, m.
-    pub fn slot(&mut self, shape: usize, agent: usize) -> Vec2 {
-        let shape = &self.shapes[shape];
-        let displacement = match &shape.displacements[agent - shape.first] {
-            Vector::Constant(displacement) => *displacement,
-            changing => {
-                let outer = self.variables;
-                let displacement = changing.eval(self);
-                self.variables = outer;
-                displacement
-            }
-        };
-        maths::add(self.agents.position[shape.about], displacement)
-    }
-}
-
-impl Each {
-    /// Visits the members for which the filter holds, as long as `visit` gives true.
-    fn visit(&self, scene: &mut Scene, mut visit: impl FnMut(&mut Scene) -> bool) {
-        let mut go_on = |scene: &mut Scene| {
-            let kept = self.filter.as_ref().is_none_or(|filter| filter.eval(scene));
-            !kept || visit(scene)
-        };
-        for i in self.first..self.end {
-            scene.variables[self.variable] = i;
-            if self.pairs {
-                for j in i + 1..self.end {
-                    scene.variables[self.variable + 1] = j;
-                    if !go_on(scene) {
-                        return;
-                    }
-                }
-            } else if !go_on(scene) {
-                return;
-            }
-        }
-    }
 }
 
 impl Number {
@@ -219,8 +128,19 @@ impl Number {
         match self {
             Number::Constant(x) => *x,
             Number::Time => scene.time_s,
+            Number::Drawn(param) => scene.params[*param],
             Number::State(state) => scene.states[*state][0],
-            Number::Heading(who) => scene.agents.heading[scene.agent(*who)],
+            Number::Heading(who) => scene.heading(scene.agent(*who)),
+            Number::Rest(of) => {
+                let edge = scene.agent(of.edge);
+                scene.rest(of.formation, edge, of.edges[edge])
+            }
+            Number::Clearance(of) => scene.clearance(scene.agent(of[0]), scene.agent(of[1])),
+            Number::MemberNumber(who) => scene.model.numbers[scene.agent(*who)],
+            Number::Element(of) => match element(of.0.len(), of.1.eval(scene)) {
+                Some(entry) => of.0[entry].eval(scene),
+                None => f64::NAN,
+            },
             Number::Negate(x) => -x.eval(scene),
             Number::Add(of) => of[0].eval(scene) + of[1].eval(scene),
             Number::Subtract(of) => of[0].eval(scene) - of[1].eval(scene),
@@ -246,31 +166,6 @@ impl Number {
     }
 }
 
-impl Fold {
-    fn eval(self, each: &Each, body: &Number, scene: &mut Scene) -> f64 {
-        let mut count = 0u64;
-        let mut total = match self {
-            Fold::Sum | Fold::Mean => 0.0,
-            Fold::Min => f64::INFINITY,
-            Fold::Max => f64::NEG_INFINITY,
-        };
-        each.visit(scene, |scene| {
-            let value = body.eval(scene);
-            count += 1;
-            total = match self {
-                Fold::Sum | Fold::Mean => total + value,
-                Fold::Min => maths::lesser(total, value),
-                Fold::Max => maths::greater(total, value),
-            };
-            true
-        });
-        match self {
-            Fold::Mean if count > 0 => total / count as f64,
-            _ => total,
-        }
-    }
-}
-
 impl Vector {
     pub fn eval(&self, scene: &mut Scene) -> Vec2 {
         match self {
@@ -278,7 +173,20 @@ impl Vector {
             Vector::State(state) => scene.states[*state],
             Vector::Position(who) => scene.agents.position[scene.agent(*who)],
             Vector::Velocity(who) => scene.agents.velocity[scene.agent(*who)],
-            Vector::Slot(shape, who) => scene.slot(*shape, scene.agent(*who)),
+            Vector::Command(who) => scene.agents.command[scene.agent(*who)],
+            Vector::CommandChange(who) => {
+                let agent = scene.agent(*who);
+                maths::subtract(scene.agents.command[agent], scene.agents.last_command[agent])
+            }
+            Vector::Slot(formation, who) => scene.slot(*formation, scene.agent(*who)),
+            Vector::Element(of) => match element(of.0.len(), of.1.eval(scene)) {
+                Some(entry) => of.0[entry].eval(scene),
+                None => [f64::NAN; 2],
+            },
+            Vector::Track(track, time) => {
+                let time_s = time.eval(scene);
+                scene.model.tracks[*track].at(time_s)
+            }
             Vector::Pair(of) => [of[0].eval(scene), of[1].eval(scene)],
             Vector::Negate(v) => v.eval(scene).map(|x| -x),
             Vector::Add(of) => maths::add(of[0].eval(scene), of[1].eval(scene)),
@@ -302,6 +210,7 @@ impl Truth {
         match self {
             Truth::Constant(truth) => *truth,
             Truth::Outside(who) => scene.agents.outside[scene.agent(*who)],
+            Truth::Same(of) => scene.agent(of[0]) == scene.agent(of[1]),
             Truth::Not(truth) => !truth.eval(scene),
             Truth::And(of) => of[0].eval(scene) && of[1].eval(scene),
             Truth::Or(of) => of[0].eval(scene) || of[1].eval(scene),
@@ -344,4 +253,9 @@ impl Program {
             Program::Truth(_) => [f64::NAN; 2],
         }
     }
+}
+
+/// The entry of a list that a number from 1 on stands for, rounded down and clamped; none for NaN.
+fn element(len: usize, number: f64) -> Option<usize> {
+    (!number.is_nan()).then(|| (number.floor() as usize).clamp(1, len) - 1)
 }

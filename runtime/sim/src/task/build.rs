@@ -1,13 +1,14 @@
 //! From the Plan to the Task.
 
-use std::ops::Range;
+use mpgx_lang::plan::{self, Control, Expr, MotionOutput, Place, Plan, Solid, World};
 
-use mpgx_lang::plan::{self, Constraint, Control, Expr, MotionOutput, Place, Plan, Slots, World};
-
-use super::{Agent, End, Observed, Task, Term};
+use super::formation::formation;
+use super::{Agent, End, Randomised, Task, Term};
 use crate::body::Body;
 use crate::error::{Flaw, SimError};
-use crate::program::{Compiler, Layout, Number, Program, Scope, Shape, Truth, Vector};
+use crate::observe::{Observed, compiler_of};
+use crate::outline::Outline;
+use crate::program::{Compiler, Layout, Model, Number, Scope, Track, Vector};
 use crate::script::Script;
 
 /// Agents are part of 16-bit addresses of random numbers.
@@ -23,21 +24,33 @@ impl Task {
     /// missing settings, expressions of the wrong kind or in the wrong place.
     pub fn new(plan: &Plan, world: &World) -> Result<Task, SimError> {
         check_numbers(world)?;
-        let layout = Layout { params: &plan.params, world, groups: groups(world), names: names(world) };
+        let bodies =
+            world.groups.iter().map(|group| body(group, world.dt_s)).collect::<Result<Vec<_>, _>>()?;
+        let layout = Layout::new(&plan.params, world, model(plan, world, &bodies)?);
         let mut task = Task {
             dt_s: world.dt_s,
             horizon: world.horizon,
             safety_m: world.safety_m,
             agents: Vec::new(),
+            everyone: layout.everyone.clone(),
+            obstacles: layout.obstacles.clone(),
+            stopped: stopped(&layout)?,
             learned: world.learned(),
             scripts: Vec::new(),
-            shapes: world.formations.iter().map(|f| shape(&layout, f)).collect::<Result<_, _>>()?,
+            model: Model::default(),
+            randomised: randomised(&layout)?,
             require: Vec::new(),
+            shared: None,
             observed: Vec::new(),
+            state_len: 0,
+            noisy: world.observe.iter().any(|observation| observation.noise.is_some()),
             terms: Vec::new(),
+            rewarded: false,
             ends: Vec::new(),
         };
-        task.add_agents(&layout)?;
+        let formations = world.formations.iter().enumerate();
+        let formations = formations.map(|(k, it)| formation(&layout, k, it)).collect::<Result<_, _>>()?;
+        task.add_agents(&layout, &bodies)?;
         for (k, expr) in world.require.iter().enumerate() {
             let requirement = Compiler::new(&layout, Scope::default()).truth(expr);
             let place = task.agents.last().map(|agent| &agent.at);
@@ -47,19 +60,7 @@ impl Task {
                 at: place.cloned().unwrap_or_default(),
             })?);
         }
-        for observation in &world.observe {
-            task.observed.extend(observed(&layout, observation).map_err(|flaw| SimError::Expression {
-                what: format!("observation `{}`", observation.text),
-                flaw,
-                at: observation.at.clone(),
-            })?);
-        }
-        for term in &world.reward {
-            let value = Compiler::new(&layout, Scope::default()).number(&term.value);
-            let what = format!("reward term `{}`", term.name);
-            let value = value.map_err(|flaw| SimError::Expression { what, flaw, at: term.at.clone() })?;
-            task.terms.push(Term { name: term.name.clone(), at: term.at.clone(), value });
-        }
+        task.add_policy(&layout)?;
         for end in &world.ends {
             task.ends.push(compile_end(&layout, end).map_err(|flaw| SimError::Expression {
                 what: format!("end `{}`", end.name),
@@ -67,10 +68,47 @@ impl Task {
                 at: end.at.clone(),
             })?);
         }
+        task.model = Model { formations, ..layout.model };
         Ok(task)
     }
 
-    fn add_agents(&mut self, layout: &Layout) -> Result<(), SimError> {
+    /// What the learner sees and is rewarded for.
+    fn add_policy(&mut self, layout: &Layout) -> Result<(), SimError> {
+        let world = layout.world;
+        let shared = world.shared.as_ref();
+        if let Some(shared) = shared {
+            let members = layout.groups.get(shared.group).cloned().unwrap_or_default();
+            if members.is_empty() || !self.learned.iter().copied().eq(members.clone()) {
+                let group = world.groups.get(shared.group);
+                let what = "a policy of its own beside other learned agents, or without any".into();
+                let (group, at) = group.map(|it| (it.name.clone(), it.at.clone())).unwrap_or_default();
+                return Err(SimError::BadGroup { group, what, at });
+            }
+            self.shared = Some(members);
+            self.rewarded = shared.rewarded.is_some();
+        }
+        let member = shared.map(|shared| (&shared.var, shared.group));
+        for observation in &world.observe {
+            let observed =
+                Observed::new(layout, observation, member).map_err(|flaw| SimError::Expression {
+                    what: format!("observation `{}`", observation.text),
+                    flaw,
+                    at: observation.at.clone(),
+                })?;
+            self.state_len += observed.width();
+            self.observed.push(observed);
+        }
+        let member = shared.and_then(|shared| Some((shared.rewarded.as_ref()?, shared.group)));
+        for term in &world.reward {
+            let value = compiler_of(layout, member).and_then(|mut compiler| compiler.number(&term.value));
+            let what = format!("reward term `{}`", term.name);
+            let value = value.map_err(|flaw| SimError::Expression { what, flaw, at: term.at.clone() })?;
+            self.terms.push(Term { name: term.name.clone(), at: term.at.clone(), value });
+        }
+        Ok(())
+    }
+
+    fn add_agents(&mut self, layout: &Layout, bodies: &[Body]) -> Result<(), SimError> {
         let world = layout.world;
         let everyone = vec![true; layout.names.len()];
         let mut placed = vec![false; layout.names.len()];
@@ -91,8 +129,7 @@ impl Task {
                 placed[agent] = positions;
             }
         }
-        for (group, agents) in world.groups.iter().zip(&layout.groups) {
-            let body = Body::new(&group.body, self.dt_s, &group.at)?;
+        for ((group, agents), body) in world.groups.iter().zip(&layout.groups).zip(bodies) {
             for agent in agents.clone() {
                 let start = match (&group.start, placed[agent]) {
                     (_, true) if body.has_heading() => {
@@ -108,15 +145,21 @@ impl Task {
                         return Err(SimError::NoStart { group: group.name.clone(), at: group.at.clone() });
                     }
                 };
+                let commanded = match &group.control {
+                    Control::Still => false,
+                    Control::Learned => true,
+                    Control::Motion(motion) => matches!(motion.output, MotionOutput::Velocity(_)),
+                };
                 placed[agent] = true;
                 self.agents.push(Agent {
                     name: layout.names[agent].clone(),
                     group: group.name.clone(),
                     at: group.at.clone(),
-                    body,
+                    body: *body,
                     arena: group.arena,
                     speed_mps: group.speed_mps,
                     start,
+                    commanded,
                 });
             }
         }
@@ -149,6 +192,7 @@ fn check_numbers(world: &World) -> Result<(), SimError> {
         return Err(out_of_range("the number of ends", world.ends.len() as f64, "at most 65536"));
     }
     for group in &world.groups {
+        check_outline(group)?;
         let mut ranges = vec![("speed", group.speed_mps)];
         ranges.extend(group.arena.iter().flat_map(|arena| [("arena x", arena.x_m), ("arena y", arena.y_m)]));
         for (what, (low, high)) in ranges {
@@ -161,73 +205,105 @@ fn check_numbers(world: &World) -> Result<(), SimError> {
     Ok(())
 }
 
-/// The agents of each group.
-fn groups(world: &World) -> Vec<Range<usize>> {
-    let mut first = 0;
-    let range = |group: &plan::Group| {
-        let range = first..first + group.size;
-        first = range.end;
-        range
+fn check_outline(group: &plan::Group) -> Result<(), SimError> {
+    let bad = |what: &str| {
+        Err(SimError::BadGroup { group: group.name.clone(), what: what.into(), at: group.at.clone() })
     };
-    world.groups.iter().map(range).collect()
+    let length = |x: f64| x.is_finite() && x >= 0.0;
+    match &group.solid {
+        _ if !length(group.radius_m) => bad("a radius that is negative or not finite"),
+        None => Ok(()),
+        Some(_) if group.control == Control::Learned => bad("an outline and be learned"),
+        Some(Solid::Disc { radius_m }) if !length(*radius_m) => {
+            bad("a disc whose radius is negative or not finite")
+        }
+        Some(Solid::Segment { to_m: (x, y) }) if !(x.is_finite() && y.is_finite()) => {
+            bad("a segment that is not finite")
+        }
+        Some(Solid::Polygon { corners_m }) if corners_m.len() < 3 => {
+            bad("a polygon of less than three corners")
+        }
+        Some(Solid::Polygon { corners_m })
+            if !corners_m.iter().all(|(x, y)| x.is_finite() && y.is_finite()) =>
+        {
+            bad("a polygon that is not finite")
+        }
+        Some(_) => Ok(()),
+    }
 }
 
-/// The name of each agent.
-fn names(world: &World) -> Vec<String> {
-    let mut names = Vec::new();
-    for group in &world.groups {
-        match group.size {
-            1 => names.push(group.name.clone()),
-            size => names.extend((1..=size).map(|member| format!("{}[{member}]", group.name))),
+/// Obstacles move as they are told.
+fn body(group: &plan::Group, dt_s: f64) -> Result<Body, SimError> {
+    if group.solid.is_some() { Ok(Body::POINT) } else { Body::new(&group.body, dt_s, &group.at) }
+}
+
+/// What expressions look at; without formations.
+fn model(plan: &Plan, world: &World, bodies: &[Body]) -> Result<Model, SimError> {
+    let mut model =
+        Model { tracks: plan.tracks.iter().map(track).collect::<Result<_, _>>()?, ..Model::default() };
+    for (group, body) in world.groups.iter().zip(bodies) {
+        let outline = group.solid.as_ref().map_or(Outline::Disc(group.radius_m), Outline::new);
+        for member in 1..=group.size {
+            model.outlines.push(outline.clone());
+            model.numbers.push(member as f64);
+            model.headed.push(body.has_heading());
         }
     }
-    names
+    Ok(model)
 }
 
-fn shape(layout: &Layout, formation: &plan::Formation) -> Result<Shape, SimError> {
-    let missing = |what, id| SimError::BadFormation {
-        formation: formation.name.clone(),
-        what,
-        id,
-        at: formation.at.clone(),
+fn track(track: &plan::Track) -> Result<Track, SimError> {
+    let rising = track.t_s.windows(2).all(|pair| pair[0] < pair[1]);
+    let finite = track.t_s.iter().chain(track.p_m.iter().flat_map(|(x, y)| [x, y])).all(|x| x.is_finite());
+    let flaw = match track {
+        _ if track.t_s.is_empty() || track.t_s.len() != track.p_m.len() => "needs a position for each time",
+        _ if !finite => "has a number that is not finite",
+        _ if !rising => "has times that do not rise",
+        _ => {
+            let p_m = track.p_m.iter().map(|&p| p.into()).collect();
+            return Ok(Track { t_s: track.t_s.clone(), p_m });
+        }
     };
-    let members =
-        layout.groups.get(formation.group).ok_or_else(|| missing("group", formation.group))?.clone();
-    let about = formation.about.unwrap_or_default();
-    if about >= layout.names.len() {
-        return Err(missing("agent", about));
+    Err(SimError::BadTrack { track: track.name.clone(), flaw, at: track.at.clone() })
+}
+
+/// Each agent that obstacles stop, with them.
+fn stopped(layout: &Layout) -> Result<Vec<(usize, Vec<usize>)>, SimError> {
+    let mut stopped: Vec<(usize, Vec<usize>)> = Vec::new();
+    for (group, obstacles) in layout.world.groups.iter().zip(&layout.groups) {
+        for &of in &group.stops {
+            let agents = layout.groups.get(of).filter(|_| group.solid.is_some());
+            let agents =
+                agents.filter(|agents| (*agents).clone().all(|agent| layout.everyone.contains(&agent)));
+            let Some(agents) = agents else {
+                let what = format!("group {of} to stop: obstacles stop agents");
+                return Err(SimError::BadGroup { group: group.name.clone(), what, at: group.at.clone() });
+            };
+            for agent in agents.clone() {
+                match stopped.iter_mut().find(|(known, _)| *known == agent) {
+                    Some((_, by)) => by.extend(obstacles.clone()),
+                    None => stopped.push((agent, obstacles.clone().collect())),
+                }
+            }
+        }
     }
-    let count = members.len();
-    let Constraint::Displacements { slots, .. } = &formation.constraint else {
-        return Err(SimError::Expression {
-            what: format!("formation `{}`", formation.name),
-            flaw: Flaw::Unsupported { what: "distances" },
-            at: formation.at.clone(),
-        });
+    Ok(stopped)
+}
+
+fn randomised(layout: &Layout) -> Result<Vec<Randomised>, SimError> {
+    let nobody = vec![false; layout.names.len()];
+    let compiled = |(k, it): (usize, &plan::Randomised)| {
+        let name = layout.params.get(it.param).map(|param| param.name.clone()).unwrap_or_default();
+        let scope = Scope { draws: true, placed: Some(&nobody), drawn: Some(k), ..Scope::default() };
+        let value = match layout.params.get(it.param) {
+            Some(_) => Compiler::new(layout, scope).number(&it.value),
+            None => Err(Flaw::UnknownParam { id: it.param }),
+        };
+        let what = format!("parameter `{name}`");
+        let value = value.map_err(|flaw| SimError::Expression { what, flaw, at: it.at.clone() })?;
+        Ok(Randomised { name, at: it.at.clone(), value })
     };
-    let exprs: Vec<&Expr> = match slots {
-        Slots::List(list) => list.iter().collect(),
-        Slots::Rule(rule) => vec![rule; count],
-    };
-    if exprs.len() != count {
-        return Err(SimError::SlotsOfFormation {
-            formation: formation.name.clone(),
-            slots: exprs.len(),
-            group: layout.world.groups[formation.group].name.clone(),
-            members: count,
-            at: formation.at.clone(),
-        });
-    }
-    let displacement = |(k, expr): (usize, &&Expr)| {
-        let scope = Scope { slot: Some((k + 1, count)), ..Scope::default() };
-        Compiler::new(layout, scope).vector(expr).map_err(|flaw| SimError::Expression {
-            what: format!("slot {} of formation `{}`", k + 1, formation.name),
-            flaw,
-            at: formation.at.clone(),
-        })
-    };
-    let displacements = exprs.iter().enumerate().map(displacement).collect::<Result<_, _>>()?;
-    Ok(Shape { about, first: members.start, displacements })
+    layout.world.randomise.iter().enumerate().map(compiled).collect()
 }
 
 fn start_of(
@@ -245,36 +321,6 @@ fn start_of(
     })
 }
 
-/// The entries of one observation: one, or one for each member of its set.
-fn observed(layout: &Layout, observation: &plan::Observation) -> Result<Vec<Observed>, Flaw> {
-    let entry = |scope, name| {
-        let mut compiler = Compiler::new(layout, scope);
-        let value = match observation.vector {
-            true => Program::Vector(compiler.vector(&observation.value)?),
-            false => Program::Number(compiler.number(&observation.value)?),
-        };
-        Ok(Observed { name, value })
-    };
-    let Some(each) = &observation.over else {
-        return Ok(vec![entry(Scope::default(), observation.text.clone())?]);
-    };
-    let mut entries = Vec::new();
-    for agent in Compiler::new(layout, Scope::default()).members(&each.set)? {
-        let scope = Scope { bound: Some((each.var.id, agent)), ..Scope::default() };
-        let kept = match &each.filter {
-            None => true,
-            Some(filter) => match Compiler::new(layout, scope).truth(filter)? {
-                Truth::Constant(kept) => kept,
-                _ => return Err(Flaw::ChangingFilter),
-            },
-        };
-        if kept {
-            entries.push(entry(scope, format!("{} ({})", observation.text, layout.names[agent]))?);
-        }
-    }
-    Ok(entries)
-}
-
 fn compile_end(layout: &Layout, end: &plan::End) -> Result<End, Flaw> {
     let when = Compiler::new(layout, Scope::default()).truth(&end.when)?;
     let cost =
@@ -282,7 +328,7 @@ fn compile_end(layout: &Layout, end: &plan::End) -> Result<End, Flaw> {
     if let Some(Number::Constant(value)) = cost
         && !(value.is_finite() && value >= 0.0)
     {
-        return Err(Flaw::BadCost { value });
+        return Err(Flaw::Negative { value });
     }
     Ok(End { name: end.name.clone(), at: end.at.clone(), when, cost })
 }
