@@ -163,7 +163,7 @@ fn what_cannot_steer_is_refused() {
     free.groups[1].start = Some(vector(0.0, 0.0));
     assert_eq!(
         message("oracle", &[], free),
-        "the controller `oracle` steers to slots, but follower[1] belongs to no formation (follower.scn:1:1)"
+        "the controller `oracle` steers to slots, but follower[1] has no place in a formation (follower.scn:1:1)"
     );
 }
 

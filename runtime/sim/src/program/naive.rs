@@ -1,15 +1,22 @@
 //! The reward machine against an interpreter that walks the Plan itself.
 
+mod author;
+
 use std::collections::BTreeMap;
 
 use mpgx_lang::plan::*;
 use mpgx_random::{Address, Purpose, Stream};
 use proptest::prelude::*;
 
-use super::{Agents, Compiler, Draws, Layout, Program, Scene, Scope, Shape, Vector};
+use super::{
+    Agents, Compiler, Constraint, Draws, Formation as Shape, Layout, Model, Number, Program, Scene, Scope,
+    Track as Course, Vector,
+};
 use crate::error::Flaw;
 use crate::maths::{self, Vec2};
+use crate::outline::Outline;
 use crate::sample;
+use author::Author;
 
 #[derive(Clone, Copy, Debug)]
 enum Value {
@@ -18,9 +25,18 @@ enum Value {
     Truth(bool),
 }
 
-/// Two groups (2 and 3 agents), one formation of the second about agent 0, two motion states.
-const GROUPS: [std::ops::Range<usize>; 2] = [0..2, 2..5];
+/// Two groups of agents (2 and 3), two of obstacles (2 discs and a polygon).
+const GROUPS: [std::ops::Range<usize>; 4] = [0..2, 2..5, 5..7, 7..8];
+/// Formations 0 (about agent 0, which has no heading) and 1 (about agent 1, along its heading) of group 1.
 const DISPLACEMENTS: [Vec2; 3] = [[-0.4, 0.0], [-0.4, -0.4], [0.0, -0.4]];
+/// Formation 2: agent 0 and group 1. Its edges, as agents, and their lengths.
+const EDGES: [[usize; 2]; 4] = [[0, 3], [4, 2], [0, 2], [3, 4]];
+const LENGTHS: [f64; 4] = [0.5, 0.25, 1.5, 0.75];
+const CORNERS: [Vec2; 4] = [[0.0, 0.0], [1.0, 0.0], [0.25, 0.25], [0.0, 1.0]];
+const DISC_M: f64 = 0.3;
+const RADIUS_M: f64 = 0.125;
+/// What parameter 1 was drawn as.
+const DRAWN: f64 = 1.75;
 
 struct Naive<'a> {
     agents: &'a Agents,
@@ -56,11 +72,17 @@ impl Naive<'_> {
         }
     }
 
+    fn heading(&self, agent: usize) -> f64 {
+        let [x, y] = self.agents.course[agent];
+        if agent % 2 == 1 { self.agents.heading[agent] } else { libm::atan2(y, x) }
+    }
+
     fn value(&mut self, expr: &Expr) -> Value {
         use Value::{Number, Truth, Vector};
         match expr {
             Expr::Number(x) => Number(*x),
             Expr::Truth(truth) => Truth(*truth),
+            Expr::Param(1) => Number(DRAWN),
             Expr::Param(id) => Number(self.plan.params[*id].value),
             Expr::World(WorldConstant::Dt) => Number(self.plan.world.dt_s),
             Expr::World(WorldConstant::Safety) => Number(self.plan.world.safety_m),
@@ -114,22 +136,80 @@ impl Naive<'_> {
                 match quantity {
                     Quantity::Position => Vector(self.agents.position[agent]),
                     Quantity::Velocity => Vector(self.agents.velocity[agent]),
-                    Quantity::Heading => Number(self.agents.heading[agent]),
+                    Quantity::Heading => Number(self.heading(agent)),
                     Quantity::Outside => Truth(self.agents.outside[agent]),
-                    Quantity::Command | Quantity::CommandChange => panic!("not yet"),
+                    Quantity::Command => Vector(self.agents.command[agent]),
+                    Quantity::CommandChange => {
+                        let (now, before) = (self.agents.command[agent], self.agents.last_command[agent]);
+                        Vector([now[0] - before[0], now[1] - before[1]])
+                    }
                 }
             }
-            Expr::Slot(_, agent) => {
-                let (about, displacement) = (self.agents.position[0], DISPLACEMENTS[self.agent(*agent) - 2]);
+            Expr::Slot(formation, agent) => {
+                let mut displacement = DISPLACEMENTS[self.agent(*agent) - 2];
+                if *formation == 1 {
+                    displacement = maths::rotate(displacement, self.heading(1));
+                }
+                let about = self.agents.position[*formation];
                 Vector([about[0] + displacement[0], about[1] + displacement[1]])
             }
-            Expr::Rest(..)
-            | Expr::Clearance(..)
-            | Expr::Same(..)
-            | Expr::MemberNumber(_)
-            | Expr::Element(..)
-            | Expr::Track(..)
-            | Expr::Measured(_) => panic!("not yet"),
+            Expr::Rest(2, a, b) => {
+                let ends = [self.agent(*a), self.agent(*b)];
+                let edge = EDGES.iter().position(|edge| *edge == ends || [edge[1], edge[0]] == ends);
+                Number(LENGTHS[edge.unwrap()])
+            }
+            Expr::Rest(formation, a, b) => {
+                let place =
+                    |agent: usize| if agent == *formation { [0.0; 2] } else { DISPLACEMENTS[agent - 2] };
+                let [a, b] = [place(self.agent(*a)), place(self.agent(*b))];
+                Number(maths::norm([a[0] - b[0], a[1] - b[1]]))
+            }
+            Expr::Clearance(a, b) => {
+                let (mut a, mut b) = (self.agent(*a), self.agent(*b));
+                if a >= 5 {
+                    (a, b) = (b, a);
+                }
+                let [p, q] = [self.agents.position[a], self.agents.position[b]];
+                let away = [p[0] - q[0], p[1] - q[1]];
+                Number(match b {
+                    0..5 => maths::norm(away) - RADIUS_M - RADIUS_M,
+                    5 | 6 => maths::norm(away) - DISC_M - RADIUS_M,
+                    _ => Outline::Polygon(CORNERS.into()).distance(away) - RADIUS_M,
+                })
+            }
+            Expr::Same(a, b) => Truth(self.agent(*a) == self.agent(*b)),
+            Expr::MemberNumber(agent) => {
+                let agent = self.agent(*agent);
+                let group = GROUPS.iter().find(|group| group.contains(&agent)).unwrap();
+                Number((agent - group.start + 1) as f64)
+            }
+            Expr::Element(list, number) => {
+                let number = self.number(number);
+                let entry = list.len().min((number.floor() as usize).max(1)) - 1;
+                match self.value(&list[entry]) {
+                    Number(_) if number.is_nan() => Number(f64::NAN),
+                    Vector(_) if number.is_nan() => Vector([f64::NAN; 2]),
+                    value => value,
+                }
+            }
+            Expr::Track(_, time) => {
+                let time = self.number(time);
+                let track = &self.plan.tracks[0];
+                let place = |k: usize| [track.p_m[k].0, track.p_m[k].1];
+                let last = track.t_s.len() - 1;
+                Vector(match () {
+                    () if time.is_nan() => [f64::NAN; 2],
+                    () if time < track.t_s[0] => place(0),
+                    () if time >= track.t_s[last] => place(last),
+                    () => {
+                        let k = (0..last).rev().find(|&k| track.t_s[k] <= time).unwrap();
+                        let share = (time - track.t_s[k]) / (track.t_s[k + 1] - track.t_s[k]);
+                        let ([ax, ay], [bx, by]) = (place(k), place(k + 1));
+                        [ax + (bx - ax) * share, ay + (by - ay) * share]
+                    }
+                })
+            }
+            Expr::Measured(_) => panic!("outside a test"),
             Expr::Reduce { op, vars, over, filter, body } => {
                 self.reduce(*op, vars, over, filter.as_deref(), body)
             }
@@ -214,6 +294,7 @@ impl Naive<'_> {
     ) -> Value {
         let members = |set: &IndexSet| match set {
             IndexSet::All => (0..5).collect::<Vec<_>>(),
+            IndexSet::Obstacles => (5..8).collect(),
             IndexSet::Group(group) => GROUPS[*group].clone().collect(),
             _ => panic!("not a set of single agents"),
         };
@@ -222,6 +303,18 @@ impl Naive<'_> {
                 let all = members(of);
                 let pairs = all.iter().flat_map(|&i| all.iter().map(move |&j| vec![i, j]));
                 pairs.filter(|pair| pair[0] < pair[1]).collect()
+            }
+            IndexSet::Edges(2) => EDGES.iter().map(|edge| edge.to_vec()).collect(),
+            IndexSet::Edges(about) => (2..5).map(|member| vec![*about, member]).collect(),
+            IndexSet::Nearest { count, to, among } => {
+                let to = self.agent(*to);
+                let position = &self.agents.position;
+                let mut all: Vec<usize> = members(among).into_iter().filter(|&member| member != to).collect();
+                let away = |k: usize| {
+                    maths::norm([position[k][0] - position[to][0], position[k][1] - position[to][1]])
+                };
+                all.sort_by(|&a, &b| away(a).total_cmp(&away(b)));
+                all.into_iter().take(*count).map(|member| vec![member]).collect()
             }
             single => members(single).into_iter().map(|i| vec![i]).collect(),
         };
@@ -252,196 +345,6 @@ impl Naive<'_> {
     }
 }
 
-/// Writes random expressions.
-struct Author {
-    choice: Stream,
-    /// Variables in scope, and whether their agents are all members of the formation.
-    variables: Vec<(VarId, bool)>,
-    /// A number for the next variable or site.
-    next: usize,
-    draws: bool,
-}
-
-impl Author {
-    fn below(&mut self, n: u64) -> u64 {
-        self.choice.below(n)
-    }
-
-    /// Half of them harmless, half of the kind that breaks things.
-    fn literal(&mut self) -> f64 {
-        const CORNERS: [f64; 9] =
-            [0.0, -0.0, 1.0, -1.0, 2.0, 5e-324, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
-        if self.below(2) == 0 { 4.0 * self.choice.uniform() - 2.0 } else { CORNERS[self.below(9) as usize] }
-    }
-
-    fn agent(&mut self) -> AgentRef {
-        match self.below(4) {
-            0 => AgentRef::Member,
-            1 => AgentRef::Fixed(self.below(5) as usize),
-            _ if self.variables.is_empty() => AgentRef::Fixed(3),
-            _ => {
-                let chosen = self.below(self.variables.len() as u64) as usize;
-                AgentRef::Var(self.variables[chosen].0)
-            }
-        }
-    }
-
-    fn member(&mut self) -> AgentRef {
-        let known = self.variables.iter().rev().find(|(_, member)| *member);
-        known.map_or(AgentRef::Fixed(2), |(var, _)| AgentRef::Var(*var))
-    }
-
-    fn number(&mut self, depth: u32) -> Expr {
-        let leaf = depth == 0;
-        match self.below(if leaf { 6 } else { 18 }) {
-            0 => Expr::Number(self.literal()),
-            1 => Expr::Param(self.below(2) as usize),
-            2 => Expr::World(
-                [WorldConstant::Dt, WorldConstant::Safety, WorldConstant::Horizon][self.below(3) as usize],
-            ),
-            3 => Expr::Time,
-            4 => Expr::State(0),
-            5 => Expr::Agent(Quantity::Heading, self.agent()),
-            6 => sample::negated(self.number(depth - 1)),
-            7 | 8 => {
-                use BinaryOp::{Add, Div, Mul, Pow, Sub};
-                let op = [Add, Sub, Mul, Div, Pow][self.below(5) as usize];
-                sample::binary(op, self.number(depth - 1), self.number(depth - 1))
-            }
-            9 => {
-                use Function::{Abs, Cos, Exp, Floor, Ln, Sign, Sin, Sqrt, Tan, Tanh};
-                let functions = [Abs, Cos, Exp, Floor, Ln, Sign, Sin, Sqrt, Tan, Tanh];
-                Expr::Call(functions[self.below(10) as usize], vec![self.number(depth - 1)])
-            }
-            10 => {
-                let functions = [Function::Atan2, Function::Mod, Function::Min, Function::Max];
-                let of = vec![self.number(depth - 1), self.number(depth - 1)];
-                Expr::Call(functions[self.below(4) as usize], of)
-            }
-            11 => Expr::Call(Function::Clamp, (0..3).map(|_| self.number(depth - 1)).collect()),
-            12 => {
-                let functions = [Function::Norm, Function::X, Function::Y];
-                Expr::Call(functions[self.below(3) as usize], vec![self.vector(depth - 1)])
-            }
-            13 => {
-                let functions = [Function::Dot, Function::Cross];
-                Expr::Call(
-                    functions[self.below(2) as usize],
-                    vec![self.vector(depth - 1), self.vector(depth - 1)],
-                )
-            }
-            14 => Expr::If {
-                condition: Box::new(self.truth(depth - 1)),
-                then: Box::new(self.number(depth - 1)),
-                otherwise: Box::new(self.number(depth - 1)),
-            },
-            15 if self.draws => {
-                let (a, b) = (self.number(depth - 1), self.number(depth - 1));
-                self.draw(Some((a, b)))
-            }
-            16 => {
-                let twice = self.number(depth - 1);
-                sample::binary(BinaryOp::Sub, twice.clone(), twice)
-            }
-            _ => {
-                use Reduction::{Count, Max, Mean, Min, Sum};
-                let op = [Sum, Mean, Min, Max, Count][self.below(5) as usize];
-                self.reduce(op, depth)
-            }
-        }
-    }
-
-    fn vector(&mut self, depth: u32) -> Expr {
-        match self.below(if depth == 0 { 4 } else { 12 }) {
-            0 => Expr::State(1),
-            1 => Expr::Agent(Quantity::Position, self.agent()),
-            2 => Expr::Agent(Quantity::Velocity, self.agent()),
-            3 => Expr::Slot(0, self.member()),
-            4 => Expr::Vector(Box::new(self.number(depth - 1)), Box::new(self.number(depth - 1))),
-            5 => sample::negated(self.vector(depth - 1)),
-            6 => {
-                let op = [BinaryOp::Add, BinaryOp::Sub][self.below(2) as usize];
-                sample::binary(op, self.vector(depth - 1), self.vector(depth - 1))
-            }
-            7 => {
-                let (v, x) = (self.vector(depth - 1), self.number(depth - 1));
-                match self.below(3) {
-                    0 => sample::binary(BinaryOp::Mul, v, x),
-                    1 => sample::binary(BinaryOp::Mul, x, v),
-                    _ => sample::binary(BinaryOp::Div, v, x),
-                }
-            }
-            8 => Expr::Call(Function::Rotate, vec![self.vector(depth - 1), self.number(depth - 1)]),
-            9 => Expr::If {
-                condition: Box::new(self.truth(depth - 1)),
-                then: Box::new(self.vector(depth - 1)),
-                otherwise: Box::new(self.vector(depth - 1)),
-            },
-            10 if self.draws => {
-                let of = (self.below(2) == 0).then(|| (self.vector(depth - 1), self.vector(depth - 1)));
-                self.draw(of)
-            }
-            _ => Expr::Call(Function::Unit, vec![self.vector(depth - 1)]),
-        }
-    }
-
-    /// A draw with a site of its own.
-    fn draw(&mut self, of: Option<(Expr, Expr)>) -> Expr {
-        let distribution = match of.map(|(a, b)| (Box::new(a), Box::new(b))) {
-            None => Distribution::UnitDisc,
-            Some((low, high)) if self.below(2) == 0 => Distribution::Uniform { low, high },
-            Some((mean, deviation)) => Distribution::Normal { mean, deviation },
-        };
-        self.next += 1;
-        Expr::Draw { distribution, site: self.next }
-    }
-
-    fn truth(&mut self, depth: u32) -> Expr {
-        match self.below(if depth == 0 { 2 } else { 7 }) {
-            0 => Expr::Truth(self.below(2) == 0),
-            1 => Expr::Agent(Quantity::Outside, self.agent()),
-            2 => Expr::Unary(UnaryOp::Not, Box::new(self.truth(depth - 1))),
-            3 => {
-                let op = [BinaryOp::And, BinaryOp::Or][self.below(2) as usize];
-                sample::binary(op, self.truth(depth - 1), self.truth(depth - 1))
-            }
-            4 | 5 => {
-                use BinaryOp::{Equal, Greater, GreaterEq, Less, LessEq, NotEqual};
-                let op = [Equal, Greater, GreaterEq, Less, LessEq, NotEqual][self.below(6) as usize];
-                sample::binary(op, self.number(depth - 1), self.number(depth - 1))
-            }
-            _ => {
-                let op = [Reduction::Any, Reduction::All][self.below(2) as usize];
-                self.reduce(op, depth)
-            }
-        }
-    }
-
-    /// Draws inside reductions would depend on whether a fold stops early: there are none.
-    fn reduce(&mut self, op: Reduction, depth: u32) -> Expr {
-        let outer = self.variables.len();
-        let draws = std::mem::take(&mut self.draws);
-        let set = [IndexSet::All, IndexSet::Group(0), IndexSet::Group(1)][self.below(3) as usize].clone();
-        let member = set == IndexSet::Group(1);
-        let pairs = self.below(3) == 0 && outer < 6;
-        let vars: Vec<VarId> = (self.next..self.next + if pairs { 2 } else { 1 }).collect();
-        self.next += vars.len();
-        self.variables.extend(vars.iter().map(|&var| (var, member)));
-        let filter = (self.below(3) == 0).then(|| Box::new(self.truth(depth - 1)));
-        let body = match op {
-            Reduction::Count | Reduction::Any | Reduction::All => self.truth(depth - 1),
-            _ => self.number(depth - 1),
-        };
-        self.variables.truncate(outer);
-        self.draws = draws;
-        let over = if pairs { IndexSet::Pairs(Box::new(set)) } else { set };
-        match sample::reduce(op, &vars, over, body) {
-            Expr::Reduce { op, vars, over, body, .. } => Expr::Reduce { op, vars, over, filter, body },
-            other => other,
-        }
-    }
-}
-
 fn stream(seed: u64, part: u16) -> Draws {
     Draws::new(Address {
         master: seed,
@@ -456,15 +359,67 @@ fn stream(seed: u64, part: u16) -> Draws {
 
 /// Agents at random places, some on top of each other.
 fn crowd(stream: &mut Stream) -> Agents {
-    let mut agents = Agents::new(5);
-    for k in 0..5 {
+    let mut agents = Agents::new(8);
+    for k in 0..8 {
         agents.position[k] =
             [0, 1].map(|_| (4.0 * stream.uniform()).floor() / 2.0 - stream.uniform().floor());
         agents.velocity[k] = [0, 1].map(|_| stream.normal());
         agents.heading[k] = stream.normal();
+        agents.course[k] = [0, 1].map(|_| stream.normal());
+        agents.command[k] = [0, 1].map(|_| stream.normal());
+        agents.last_command[k] = [0, 1].map(|_| stream.normal());
         agents.outside[k] = stream.below(2) == 0;
     }
     agents
+}
+
+/// The world that [`GROUPS`] and the other constants tell of.
+fn world() -> Plan {
+    let mut world = sample::unison(sample::point());
+    world.groups[0].size = 2;
+    for (name, size, solid) in [
+        ("disc", 2, Solid::Disc { radius_m: DISC_M }),
+        ("block", 1, Solid::Polygon { corners_m: CORNERS.map(|[x, y]| (x, y)).into() }),
+    ] {
+        let group = sample::group(name, size, sample::point(), Control::Still, None);
+        world.groups.push(Group { solid: Some(solid), ..group });
+    }
+    let square = world.formations[0].clone();
+    world.formations.push(Formation { about: Some(1), ..square.clone() });
+    let edges = EDGES.map(|edge| edge.map(|agent: usize| agent.saturating_sub(1)).into());
+    world.formations.push(Formation { graph: Graph::Edges(edges.into()), ..square });
+    world.randomise = vec![Randomised { param: 1, value: Expr::Number(0.0), at: Place::default() }];
+    let track = Track {
+        name: "track".into(),
+        t_s: vec![-1.0, 0.25, 0.75, 2.0],
+        p_m: vec![(0.0, 0.0), (1.0, 0.5), (0.5, -0.25), (0.0, 0.125)],
+        at: Place::default(),
+    };
+    Plan { tracks: vec![track], ..sample::plan(world) }
+}
+
+fn model(plan: &Plan) -> Model {
+    let outline = |agent| match agent {
+        0..5 => Outline::Disc(RADIUS_M),
+        5 | 6 => Outline::Disc(DISC_M),
+        _ => Outline::Polygon(CORNERS.into()),
+    };
+    let displacements = || DISPLACEMENTS.map(Vector::Constant).into();
+    let lengths = LENGTHS.map(Number::Constant).into();
+    let constraints = [
+        Constraint::Displacements { about: 0, displacements: displacements(), turned: false },
+        Constraint::Displacements { about: 1, displacements: displacements(), turned: true },
+        Constraint::Distances { lengths, edges: EDGES.into() },
+    ];
+    let formation = |constraint| Shape { first: 2, members: 3, constraint };
+    let track = &plan.tracks[0];
+    Model {
+        outlines: (0..8).map(outline).collect(),
+        numbers: vec![1.0, 2.0, 1.0, 2.0, 3.0, 1.0, 2.0, 1.0],
+        headed: (0..8).map(|agent| agent % 2 == 1).collect(),
+        formations: constraints.map(formation).into(),
+        tracks: vec![Course { t_s: track.t_s.clone(), p_m: track.p_m.iter().map(|&p| p.into()).collect() }],
+    }
 }
 
 fn bits(value: [f64; 2]) -> [u64; 2] {
@@ -476,28 +431,23 @@ proptest! {
 
     #[test]
     fn programs_give_the_bits_of_the_interpreter(seed: u64, kind in 0..3, draws: bool, depth in 0u32..6) {
-        let mut author = Author { choice: stream(seed, 0).stream().clone(), variables: Vec::new(), next: 0, draws };
+        let mut author = Author::new(stream(seed, 0).stream().clone(), draws);
         let expr = match kind {
             0 => author.number(depth),
             1 => author.vector(depth),
             _ => author.truth(depth),
         };
         let agents = crowd(stream(seed, 1).stream());
-        let mut world = sample::unison(sample::point());
-        world.groups[0].size = 2;
-        let plan = sample::plan(world);
-        let layout = Layout {
-            params: &plan.params, world: &plan.world, groups: GROUPS.into(), names: vec![String::new(); 5],
-        };
+        let plan = world();
+        let layout = Layout::new(&plan.params, &plan.world, model(&plan));
         let scope = Scope { member: Some(1), states: &[false, true], draws, ..Scope::default() };
         let program = match Compiler::new(&layout, scope).program(&expr) {
             Err(Flaw::TooManyDraws { .. }) => return Ok(()),
             compiled => compiled.map_err(|flaw| TestCaseError::fail(flaw.to_string()))?,
         };
-        let shape = Shape { about: 0, first: 2, displacements: DISPLACEMENTS.map(Vector::Constant).into() };
         let states = [[0.75, 0.0], [-0.5, 0.25]];
         let mut drawn = stream(seed, 2);
-        let mut scene = Scene::new(&agents, std::slice::from_ref(&shape), 1.25).random(&states, &mut drawn);
+        let mut scene = Scene::new(&layout.model, &agents, &[DRAWN], 1.25).random(&states, &mut drawn);
         let found = match &program {
             Program::Truth(truth) => [f64::from(truth.eval(&mut scene)), 0.0],
             other => other.eval(&mut scene),

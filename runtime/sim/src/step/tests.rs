@@ -2,7 +2,7 @@ use mpgx_lang::plan::*;
 use proptest::prelude::*;
 
 use super::*;
-use crate::maths::{add, norm, rotate};
+use crate::maths::{add, distance, norm, rotate};
 use crate::sample::{self, binary, group, number, position, task, term, vector};
 
 const KEY: EpisodeKey = EpisodeKey { master: 7, protocol: 0, seed: 3, episode: 11 };

@@ -76,11 +76,11 @@ fn bodies_and_their_settings_are_checked() {
     };
     assert_eq!(
         refusal(|w| w.groups[1].body.name = "drone".into()),
-        "there is no body `drone` in the simulator; it has point, unicycle (follower.scn:1:1)"
+        "there is no body `drone` in the simulator; it has point, unicycle, holonomic (follower.scn:1:1)"
     );
     assert_eq!(
         refusal(set("wheels", Setting::Number(3.0))),
-        "`unicycle` has no setting `wheels`; it reads hand, drive, turn, rate (follower.scn:1:1)"
+        "`unicycle` has no setting `wheels`; it reads hand, drive, turn, rate, acceleration (follower.scn:1:1)"
     );
     assert_eq!(
         refusal(|w| drop(w.groups[1].body.settings.remove("hand"))),
@@ -121,7 +121,7 @@ fn formations_are_checked() {
     );
     assert_eq!(
         refusal(|w| w.formations[0].constraint = sample::rule(Expr::Slot(0, AgentRef::Fixed(1)))),
-        "slot 1 of formation `F`: formation slots cannot be used inside a formation"
+        "slot 1 of formation `F`: places and distances of formations cannot be used inside a formation"
     );
 }
 
@@ -224,7 +224,7 @@ fn expressions_are_checked() {
         ),
         (
             each(Reduction::Sum, &[0, 1], pairs(pairs(IndexSet::All)), number(1.0)),
-            "pairs of pairs are not an index set",
+            "pairs cannot be the members of another set",
         ),
         (each(Reduction::Count, &[0], IndexSet::All, number(1.0)), "expected a truth value, found a number"),
         (
