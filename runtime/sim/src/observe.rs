@@ -243,3 +243,6 @@ impl Task {
         episode.late = late;
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -167,3 +167,157 @@ fn into_disc(radius: f64, from: Vec2, to: Vec2) -> Option<Crossing> {
     let point = add(from, scale(way, share));
     (share <= 1.0).then(|| Crossing { share, point, back: direction(point, [1.0, 0.0]) })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A square of 2 m without its upper right quarter, about the origin.
+    fn corner() -> Outline {
+        let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 0.0], [0.0, 0.0], [0.0, 1.0], [-1.0, 1.0]];
+        Outline::Polygon(corners.into())
+    }
+
+    #[test]
+    fn distances_are_those_worked_out_by_hand() {
+        let disc = Outline::Disc(0.5);
+        let wall = Outline::Segment([3.0, 4.0]);
+        let notched = corner();
+        for (outline, p, expected) in [
+            (&disc, [3.0, 4.0], 4.5),
+            (&disc, [0.0, 0.3], -0.2),
+            (&disc, [0.0, 0.0], -0.5),
+            (&wall, [1.5, 2.0], 0.0),
+            (&wall, [1.5 - 4.0 / 5.0, 2.0 + 3.0 / 5.0], 1.0),
+            (&wall, [-3.0, -4.0], 5.0),
+            (&wall, [3.0, 6.0], 2.0),
+            (&notched, [-0.5, -0.75], -0.25),
+            (&notched, [0.25, 0.5], 0.25),
+            (&notched, [0.3, 0.4], 0.3),
+            (&notched, [-0.1, -0.1], -(0.02f64.sqrt())),
+            (&notched, [2.0, 1.0], 2f64.sqrt()),
+            (&notched, [0.5, 0.0], 0.0),
+        ] {
+            let found = outline.distance(p);
+            assert!((found - expected).abs() < 1e-15, "{outline:?} at {p:?}: {found}, not {expected}");
+        }
+    }
+
+    /// Outside the way leads away from the outline; inside, and on it, it leads out.
+    #[test]
+    fn the_way_out_is_the_shortest() {
+        let clockwise = Outline::Polygon(vec![[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]]);
+        for (outline, p, point, outward) in [
+            (Outline::Disc(0.5), [0.0, 0.25], [0.0, 0.5], [0.0, 1.0]),
+            (Outline::Disc(0.5), [0.0, 0.0], [0.5, 0.0], [1.0, 0.0]),
+            (Outline::Segment([2.0, 0.0]), [1.0, -0.5], [1.0, 0.0], [0.0, -1.0]),
+            (Outline::Segment([2.0, 0.0]), [1.0, 0.0], [1.0, 0.0], [0.0, 1.0]),
+            (Outline::Segment([0.0, 0.0]), [0.0, 3.0], [0.0, 0.0], [0.0, 1.0]),
+            (corner(), [-0.5, -0.75], [-0.5, -1.0], [0.0, -1.0]),
+            (corner(), [0.5, 0.25], [0.5, 0.0], [0.0, 1.0]),
+            (corner(), [0.5, 0.0], [0.5, 0.0], [0.0, 1.0]),
+            (clockwise.clone(), [0.5, 0.0], [0.5, 0.0], [0.0, -1.0]),
+            (clockwise, [0.5, 0.125], [0.5, 0.0], [0.0, -1.0]),
+        ] {
+            let found = outline.nearest(p);
+            assert_eq!((found.point, found.outward), (point, outward), "{outline:?} at {p:?}");
+        }
+    }
+
+    #[test]
+    fn a_path_meets_the_first_thing_in_its_way() {
+        let met =
+            |outline: &Outline, from, to| outline.crossing(from, to).map(|it| (it.share, it.point, it.back));
+        let wall = Outline::Segment([0.0, 1.0]);
+        assert_eq!(met(&wall, [-1.0, 0.5], [3.0, 0.5]), Some((0.25, [0.0, 0.5], [-1.0, 0.0])));
+        assert_eq!(met(&wall, [1.0, 0.5], [-1.0, 0.5]), Some((0.5, [0.0, 0.5], [1.0, 0.0])));
+        assert_eq!(met(&wall, [1.0, 0.5], [0.0, 0.5]), Some((1.0, [0.0, 0.5], [1.0, 0.0])), "it ends on it");
+        assert_eq!(
+            met(&wall, [-1.0, 0.5], [0.0, 0.5]),
+            Some((1.0, [0.0, 0.5], [-1.0, 0.0])),
+            "on both sides"
+        );
+        assert_eq!(met(&wall, [-1.0, 1.5], [1.0, 1.5]), None, "past its end");
+        assert_eq!(met(&wall, [-1.0, 0.5], [-0.5, 0.5]), None, "not far enough");
+        let square = corner();
+        assert_eq!(met(&square, [-2.0, 0.5], [2.0, 0.5]), Some((0.25, [-1.0, 0.5], [-1.0, 0.0])));
+        assert_eq!(met(&square, [0.5, 0.5], [-1.5, 0.5]), Some((0.25, [0.0, 0.5], [1.0, 0.0])), "the notch");
+        assert_eq!(met(&square, [-0.5, 0.5], [-2.0, 0.5]), None, "from inside");
+        let disc = Outline::Disc(0.5);
+        assert_eq!(met(&disc, [-1.5, 0.0], [0.5, 0.0]), Some((0.5, [-0.5, 0.0], [-1.0, 0.0])));
+        assert_eq!(met(&disc, [-1.5, 0.0], [-0.75, 0.0]), None);
+        assert_eq!(met(&disc, [-1.5, 0.6], [1.5, 0.6]), None);
+        assert_eq!(met(&disc, [0.0, 0.0], [2.0, 0.0]), None, "from inside");
+    }
+
+    /// A star-shaped polygon about the origin: it does not cut itself, and whether something is inside is told
+    /// by its direction and length alone.
+    fn star(lengths: &[f64]) -> Vec<Vec2> {
+        let corner = |(k, r): (usize, &f64)| {
+            let angle = std::f64::consts::TAU * k as f64 / lengths.len() as f64;
+            [r * angle.cos(), r * angle.sin()]
+        };
+        lengths.iter().enumerate().map(corner).collect()
+    }
+
+    proptest! {
+        #![proptest_config(crate::sample::cases(300))]
+
+        /// Against points sampled along the outline, closer than the mean of their spacing.
+        #[test]
+        fn distances_are_those_of_sampled_outlines(
+            lengths in prop::collection::vec(0.2..2.0f64, 3..9), p in [-3.0..3.0, -3.0..3.0], backwards: bool,
+        ) {
+            let mut corners = star(&lengths);
+            let inside = edges(&corners).any(|[a, b]| {
+                // In the triangle of the edge and the origin.
+                let [u, v, w] = [cross(a, p), cross(p, b), cross(subtract(b, a), subtract(p, a))];
+                u >= 0.0 && v >= 0.0 && w >= 0.0
+            });
+            let samples = 2000;
+            let (mut least, mut spacing) = (f64::INFINITY, 0.0);
+            for [a, b] in edges(&corners) {
+                spacing = f64::max(spacing, distance(a, b) / f64::from(samples));
+                for k in 0..=samples {
+                    let share = f64::from(k) / f64::from(samples);
+                    least = least.min(distance(p, add(a, scale(subtract(b, a), share))));
+                }
+            }
+            if backwards {
+                corners.reverse();
+            }
+            let found = Outline::Polygon(corners).nearest(p);
+            prop_assert!((found.distance.abs() - least).abs() <= spacing, "{found:?}, sampled {least}");
+            prop_assert_eq!(found.distance < 0.0, inside);
+            let back = add(found.point, scale(found.outward, found.distance));
+            prop_assert!(distance(back, p) < 1e-12, "{:?} leads to {:?}", found, back);
+        }
+
+        /// Where a path first meets an outline, against small steps along it.
+        #[test]
+        fn crossings_are_those_of_small_steps(
+            lengths in prop::collection::vec(0.2..2.0f64, 3..9),
+            from in [-3.0..3.0, -3.0..3.0], to in [-3.0..3.0, -3.0..3.0], disc: bool,
+        ) {
+            let outline = if disc { Outline::Disc(lengths[0]) } else { Outline::Polygon(star(&lengths)) };
+            prop_assume!(outline.distance(from) > 0.0);
+            let steps = 2000;
+            let at = |k: i32| add(from, scale(subtract(to, from), f64::from(k) / f64::from(steps)));
+            let entered = (0..=steps).find(|&k| outline.distance(at(k)) < 0.0);
+            match (outline.crossing(from, to), entered) {
+                (Some(found), Some(k)) => {
+                    let share = f64::from(k) / f64::from(steps);
+                    prop_assert!(found.share <= share && share - found.share < 2.0 / f64::from(steps) + 1e-12
+                        || outline.distance(add(found.point, scale(found.back, -1e-4))) < 0.0);
+                    prop_assert!(outline.distance(found.point).abs() < 1e-12);
+                    prop_assert!(dot(found.back, subtract(to, from)) <= 0.0);
+                }
+                (None, None) => {}
+                // It may touch a corner between two steps.
+                (Some(found), None) => prop_assert!(outline.distance(found.point).abs() < 1e-12),
+                (None, Some(_)) => prop_assert!(false, "it was entered"),
+            }
+        }
+    }
+}

@@ -146,3 +146,6 @@ impl Trial<'_> {
         TestFailure::World(SimError::Expression { what, flaw, at: at.clone() })
     }
 }
+
+#[cfg(test)]
+mod tests;

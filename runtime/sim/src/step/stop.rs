@@ -78,3 +78,6 @@ impl Task {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,3 +1,5 @@
+mod commands;
+
 use mpgx_lang::plan::*;
 use proptest::prelude::*;
 
@@ -354,18 +356,40 @@ fn numbers_that_are_not_finite_are_reported_with_their_cause() {
     assert!(matches!(&refused, SimError::StartNotFinite { agent, .. } if agent == "follower"), "{refused}");
 }
 
-/// A world turned by `angle` and shifted: the leader runs on a circle about `shift`.
-fn turned(body: &Extern, angle: f64, shift: Vec2) -> Task {
+/// A world turned by `angle` and shifted: the leader runs on a circle about `shift`. Its followers have places
+/// along the axes of the world, or along the leader's heading, or keep distances.
+fn turned(body: &Extern, angle: f64, shift: Vec2, kind: u8) -> Task {
     let turn = Expr::Call(
         Function::Rotate,
         vec![vector(0.6, 0.0), binary(BinaryOp::Add, Expr::Time, number(angle))],
     );
     let mut world = sample::unison(body.clone());
     world.groups[0].control = sample::at(binary(BinaryOp::Add, vector(shift[0], shift[1]), turn));
-    let slots = sample::places_of(&mut world.formations[0]);
-    for (slot, displacement) in slots.iter_mut().zip([[-0.4, 0.0], [-0.4, -0.4], [0.0, -0.4]]) {
-        let [x, y] = rotate(displacement, angle);
-        *slot = vector(x, y);
+    let places = [[-0.4, 0.0], [-0.4, -0.4], [0.0, -0.4]];
+    let [i, j] = [0, 1].map(AgentRef::Var);
+    let formation = &mut world.formations[0];
+    match kind {
+        0 => {
+            for (slot, displacement) in sample::places_of(formation).iter_mut().zip(places) {
+                let [x, y] = rotate(displacement, angle);
+                *slot = vector(x, y);
+            }
+        }
+        1 => {
+            formation.constraint = Constraint::Displacements {
+                slots: Slots::List(places.map(|[x, y]| vector(x, y)).into()),
+                frame: Frame::Heading,
+            }
+        }
+        _ => {
+            let near = binary(BinaryOp::Add, position(LEADER), sample::draw(Distribution::UnitDisc));
+            world.groups[1].start = Some(near);
+            formation.constraint = Constraint::Distances([0.4, 0.7, 0.4].map(number).into());
+            world.observe.clear();
+            let length = sample::distance(position(i), position(j));
+            let miss = Expr::Call(Function::Abs, vec![binary(BinaryOp::Sub, length, Expr::Rest(0, i, j))]);
+            world.reward[0].value = sample::reduce(Reduction::Sum, &[0, 1], IndexSet::Edges(0), miss);
+        }
     }
     task(world)
 }
@@ -377,13 +401,15 @@ proptest! {
     /// the actions allows 1e-8 m a step.
     #[test]
     fn a_turned_and_shifted_world_gives_the_same_rewards(
-        angle in -PI..PI, shift in [-5.0..5.0, -5.0..5.0], seed: u32, unicycles: bool,
+        angle in -PI..PI, shift in [-5.0..5.0, -5.0..5.0], seed: u32, unicycles: bool, kind in 0u8..3,
     ) {
         let body = if unicycles { sample::unicycle() } else { sample::point() };
-        let here = turned(&body, 0.0, [0.0, 0.0]);
-        let there = turned(&body, angle, shift);
+        let here = turned(&body, 0.0, [0.0, 0.0], kind);
+        let there = turned(&body, angle, shift, kind);
         let mut episode = began(&here, EpisodeKey { seed, ..KEY });
         let mut image = began(&there, KEY);
+        // Before it moves the leader looks along the axis x of its world.
+        image.agents.course[0] = rotate([1.0, 0.0], angle);
         for agent in 1..4 {
             let pose = episode.pose(agent);
             let heading = if unicycles { wrap(pose.heading + angle) } else { 0.0 };

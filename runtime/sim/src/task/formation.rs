@@ -111,3 +111,6 @@ impl Task {
         sum / count.max(1) as f64
     }
 }
+
+#[cfg(test)]
+mod tests;
