@@ -63,7 +63,7 @@ fn an_agent_that_would_move_into_an_obstacle_rests_at_its_outline() {
     for (velocity, at, solid, end) in cases {
         let (step, episode) = stepped(world(velocity, &[(at, solid)]));
         near(episode.position(0), end);
-        near(episode.agents.velocity[0], end.map(|x| x / 0.1));
+        near(episode.agents.velocity[0].map(|v| v * 0.1), end);
         assert_eq!((step.hits, step.collisions), (1, 0), "an obstacle is no agent");
         assert_eq!(episode.position(1), at, "the obstacle stays");
     }
@@ -187,7 +187,6 @@ fn obstacles_and_those_they_stop_are_checked() {
         let plan = sample::plan(world);
         Task::new(&plan, &plan.world).unwrap_err().to_string()
     };
-    let set = |world: &mut World, solid| world.groups[1].solid = Some(solid);
     assert_eq!(
         refusal(|w| w.groups[0].radius_m = -1.0),
         "`mover` cannot have a radius that is negative or not finite (mover.scn:1:1)"
@@ -196,7 +195,6 @@ fn obstacles_and_those_they_stop_are_checked() {
     assert!(refusal(|w| w.groups[1].stops = vec![1]).contains("cannot have group 1 to stop"));
     assert!(refusal(|w| w.groups[0].stops = vec![0]).contains("`mover` cannot have group 0 to stop"));
     assert!(refusal(|w| w.groups[1].control = Control::Learned).contains("an outline and be learned"));
-    let _ = set;
     assert!(
         refusal(|w| w.groups[1].solid = Some(Solid::Disc { radius_m: f64::NAN }))
             .contains("a disc whose radius")
