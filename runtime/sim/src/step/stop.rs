@@ -28,8 +28,8 @@ impl Task {
     /// finds no room between several stays where it was.
     pub(super) fn stop(&self, episode: &mut Episode) {
         for (agent, obstacles) in &self.stopped {
-            let settled = (0..MOST_ROUNDS).any(|_| {
-                let free = !self.turn_back(episode, *agent, obstacles);
+            let settled = (0..MOST_ROUNDS).any(|round| {
+                let free = !self.turn_back(episode, *agent, obstacles, round > 0);
                 free && !self.push_out(episode, *agent, obstacles)
             });
             if !settled {
@@ -38,15 +38,17 @@ impl Task {
         }
     }
 
-    /// Puts an agent that has passed an outline where it first met one; tells whether it has.
-    fn turn_back(&self, episode: &mut Episode, agent: usize, obstacles: &[usize]) -> bool {
+    /// Puts an agent that has passed an outline where it first met one; tells whether it has. Only segments
+    /// count once it was put elsewhere: the way out of the others may lead to their far side.
+    fn turn_back(&self, episode: &mut Episode, agent: usize, obstacles: &[usize], put: bool) -> bool {
         let (position, before) = (&episode.agents.position, &episode.before);
         let crossings = obstacles.iter().filter_map(|&obstacle| {
             let from = subtract(before[agent], before[obstacle]);
             let to = subtract(position[agent], position[obstacle]);
             let outline = &self.model.outlines[obstacle];
-            let crossing = outline.crossing(from, to).filter(|_| outline.distance(to) >= 0.0)?;
-            Some((obstacle, crossing))
+            let solid = !matches!(outline, Outline::Segment(_));
+            let crossing = outline.crossing(from, to)?;
+            (!solid || !put && outline.distance(to) >= 0.0).then_some((obstacle, crossing))
         });
         let first = crossings.min_by(|(_, a), (_, b)| a.share.total_cmp(&b.share));
         let Some((obstacle, crossing)) = first else { return false };
