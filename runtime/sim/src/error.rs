@@ -146,10 +146,8 @@ pub enum Flaw {
     TooManyVariables { most: usize },
     #[error("a filter of an observation must not change during an episode")]
     ChangingFilter,
-    #[error(
-        "every member needs as many entries, but {first} has {entries} and {other} has {others}; leave out the filter or change it"
-    )]
-    UnequalStates { first: String, entries: usize, other: String, others: usize },
+    #[error("every member needs as many entries, but {found}; leave out the filter or change it")]
+    UnequalStates { found: String },
     #[error("a delay of {delay} steps is too long for so many entries")]
     TooLate { delay: usize },
     #[error("it must be a finite number, not negative, but is {value}")]

@@ -120,12 +120,10 @@ fn names(layout: &Layout, text: &str, each: &Each, shared: Option<GroupId>) -> R
         let first = first.get_or_insert_with(|| list.clone());
         alike &= *first == list;
         if first.len() != list.len() {
-            return Err(Flaw::UnequalStates {
-                first: layout.names[members.start].clone(),
-                entries: first.len(),
-                other: layout.names[member].clone(),
-                others: list.len(),
-            });
+            let name = |member: usize| &layout.names[member];
+            let (a, b) = (name(members.start), name(member));
+            let found = format!("{a} has {} and {b} has {}", first.len(), list.len());
+            return Err(Flaw::UnequalStates { found });
         }
     }
     let first = first.unwrap_or_default();

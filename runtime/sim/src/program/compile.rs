@@ -174,7 +174,7 @@ impl<'a> Compiler<'a> {
             Expr::Rest(formation, a, b) => Program::Number(self.rest(*formation, *a, *b)?),
             Expr::Clearance(a, b) => Program::Number(self.clearance(*a, *b)?),
             Expr::Same(a, b) => Program::Truth(Truth::Same(Box::new([self.known(*a)?.0, self.known(*b)?.0]))),
-            Expr::MemberNumber(agent) => Program::Number(Number::MemberNumber(self.known(*agent)?.0)),
+            Expr::MemberNumber(agent) => Program::Number(Number::Ordinal(self.known(*agent)?.0)),
             Expr::Element(list, number) => self.element(list, number)?,
             Expr::Track(id, time) => {
                 let time = Box::new(self.number(time)?);

@@ -37,7 +37,8 @@ pub(crate) enum Number {
     Rest(Box<Rest>),
     /// An agent, and an agent or obstacle.
     Clearance(Box<[Who; 2]>),
-    MemberNumber(Who),
+    /// The number of an agent in its group.
+    Ordinal(Who),
     /// A list and a number in it.
     Element(Box<(Vec<Number>, Number)>),
     Negate(Box<Number>),
@@ -136,7 +137,7 @@ impl Number {
                 scene.rest(of.formation, edge, of.edges[edge])
             }
             Number::Clearance(of) => scene.clearance(scene.agent(of[0]), scene.agent(of[1])),
-            Number::MemberNumber(who) => scene.model.numbers[scene.agent(*who)],
+            Number::Ordinal(who) => scene.model.numbers[scene.agent(*who)],
             Number::Element(of) => match element(of.0.len(), of.1.eval(scene)) {
                 Some(entry) => of.0[entry].eval(scene),
                 None => f64::NAN,
