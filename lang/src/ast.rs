@@ -63,16 +63,22 @@ pub enum Item {
     Preset { doc: String, name: Name, for_: Vec<Name>, settings: Vec<Assignment> },
     /// `world { dt = 0.1 s, … }`
     World(Vec<Assignment>),
+    /// `randomise { side ~ uniform(0.3 m, 0.5 m) }`
+    Randomise(Vec<Assignment>),
+    /// `obstacle pillar : disc(0.1 m) { position = (1 m, 0 m) }`; the body is the outline.
+    Obstacles(AgentsDecl),
     /// `agent leader : point { … }`, `agents follower[3] : unicycle(hand = 0.15 m) { … }`
     Agents(AgentsDecl),
     /// `formation F of follower = square(side) about leader`
-    Formation { doc: String, name: Name, group: Name, shape: Call, about: Name },
+    Formation(FormationDecl),
+    /// `recording walk = "walk.csv"`
+    Recording { doc: String, name: Name, file: Spanned<String> },
     /// `require …`
     Require(ExprAt),
-    /// `observe { … }`
-    Observe(Vec<ObserveItem>),
-    /// `reward { gap = … }`
-    Reward(Vec<RewardTerm>),
+    /// `observe { … }`, `observe each i in follower { … }`
+    Observe { each: Option<Over>, items: Vec<ObserveItem> },
+    /// `reward { gap = … }`, `reward each i in follower { … }`
+    Reward { each: Option<Over>, terms: Vec<RewardTerm> },
     /// `end { crash when … costs … }`
     End(Vec<EndItem>),
     /// `learn mpg with tuned { … }`
@@ -83,6 +89,14 @@ pub enum Item {
     Seeds(ExprAt),
     /// `evaluate regular { leader.motion = …, episodes = 100 }`
     Evaluate { doc: String, name: Name, settings: Vec<Assignment> },
+    /// `stage slow { leader.speed = … } until error < 0.1 m over 20 episodes within 5000 steps`
+    Stage(StageDecl),
+    /// `variant strong { k_o = 0.5 }`
+    Variant { doc: String, name: Name, settings: Vec<Assignment> },
+    /// `sweep { side in [0.2 m, 0.4 m], (a, b) in [(1, 2), (3, 4)] }`
+    Sweep { doc: String, axes: Vec<Axis> },
+    /// `test "a pair collides" { place … }`
+    Test { doc: String, name: Spanned<String>, steps: Vec<Spanned<TestStep>> },
     /// `expect …`
     Expect(Expectation),
 }
@@ -155,12 +169,80 @@ pub struct ShapeDecl {
     pub slots: ShapeSlots,
 }
 
+/// `formation F of group = shape about leader in its frame over ring`, or with edges instead of a shape.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FormationDecl {
+    pub doc: String,
+    pub name: Name,
+    pub group: Name,
+    pub shape: Option<Call>,
+    /// Also `with leader`.
+    pub about: Option<Name>,
+    /// `in its frame`
+    pub frame: Option<Span>,
+    /// `over ring`
+    pub graph: Option<Name>,
+    pub edges: Vec<EdgeDecl>,
+}
+
+/// `edge leader - follower[1] = 0.5 m`; in a shape `edge 1 - 2 = side`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EdgeDecl {
+    pub from: ExprAt,
+    pub to: ExprAt,
+    pub distance: ExprAt,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct StageDecl {
+    pub doc: String,
+    pub name: Name,
+    pub settings: Vec<Assignment>,
+    pub until: Option<UntilDecl>,
+    /// `within 5000 steps`
+    pub within: Option<ExprAt>,
+}
+
+/// `until error < 0.1 m over 20 episodes`
+#[derive(Clone, Debug, PartialEq)]
+pub struct UntilDecl {
+    pub measure: Name,
+    pub below: bool,
+    pub bound: ExprAt,
+    pub over: Option<ExprAt>,
+}
+
+/// `side in [0.2 m, 0.4 m]`; several paths change together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    pub paths: Vec<Vec<Name>>,
+    pub values: ExprAt,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub enum TestStep {
+    /// `place follower[1] at (1 m, 0 m)`
+    Place { agent: ExprAt, at: ExprAt },
+    /// `turn follower[1] to 90 deg`
+    Turn { agent: ExprAt, to: ExprAt },
+    /// `steer follower[1] at (0.7 m/s, 0 m/s)`
+    Steer { agent: ExprAt, at: ExprAt },
+    /// `step 3`
+    Step(ExprAt),
+    /// `check reward.gap == -0.42 m ± 1e-3 m`
+    Check { text: String, condition: ExprAt, tolerance: Option<ExprAt> },
+}
+
 #[derive(Clone, Debug, PartialEq)]
 pub enum ShapeSlots {
     /// `slots { (-side, 0 m), … }`
     List(Vec<ExprAt>),
     /// `slot k of n = …`
     Rule { number: Name, count: Name, value: ExprAt },
+    /// `edge 1 - 2 = side`, …
+    Edges(Vec<EdgeDecl>),
+    /// `edges ring = side`
+    Graph { graph: Name, distance: ExprAt },
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -178,6 +260,8 @@ pub enum ExternKind {
     Algorithm,
     Controller,
     Body,
+    /// The outline of an obstacle.
+    Solid,
 }
 
 /// `a.b.c = value` or `start ~ distribution`.
@@ -212,11 +296,12 @@ pub struct Argument {
     pub value: ExprAt,
 }
 
-/// `value`, or `value for i in set if filter`.
+/// `value`, or `value for i in set if filter`, with the sensor's settings: `{ noise = 2 cm, delay = 1 step }`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObserveItem {
     pub value: ExprAt,
     pub over: Option<Over>,
+    pub settings: Vec<Assignment>,
 }
 
 /// `i in set`, `i, j in pairs(set)`, with an optional `if filter`.
@@ -234,9 +319,11 @@ pub struct RewardTerm {
     pub value: ExprAt,
 }
 
-/// `name when condition costs cost`
+/// `name when condition costs cost`, or `limit name when …`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EndItem {
+    /// Not a failure.
+    pub limit: bool,
     pub name: Name,
     pub when: ExprAt,
     pub cost: Option<ExprAt>,

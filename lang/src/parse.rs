@@ -5,6 +5,7 @@
 mod expr;
 mod items;
 pub(crate) mod scan;
+mod study;
 mod syntax;
 
 use std::cell::RefCell;

@@ -4,9 +4,10 @@
 use std::fmt::Write;
 
 use crate::ast::{
-    Assignment, BinaryOp, Call, DimExpr, Expectation, ExpectationKind, Expr, ExprAt, ExternKind, File,
-    FunctionDecl, Item, LetDecl, MotionDecl, Name, ObserveItem, Over, Parameter, Reduction, ShapeDecl,
-    ShapeSlots, Spanned, StateDecl, TypeExpr, UnaryOp, UnitExpr,
+    AgentsDecl, Assignment, Axis, BinaryOp, Call, DimExpr, EdgeDecl, EndItem, Expectation, ExpectationKind,
+    Expr, ExprAt, ExternKind, File, FormationDecl, FunctionDecl, Item, LetDecl, MotionDecl, Name,
+    ObserveItem, Over, Parameter, Reduction, ShapeDecl, ShapeSlots, Spanned, StageDecl, StateDecl, TestStep,
+    TypeExpr, UnaryOp, UnitExpr,
 };
 
 pub fn file(file: &File) -> String {
@@ -43,6 +44,7 @@ pub fn item(item: &Item) -> String {
                 ExternKind::Algorithm => "algorithm",
                 ExternKind::Controller => "controller",
                 ExternKind::Body => "body",
+                ExternKind::Solid => "solid",
             };
             let rest = match &it.base {
                 Some(base) => format!(" = {}", call(base, true)),
@@ -55,31 +57,22 @@ pub fn item(item: &Item) -> String {
             block(&head, settings.iter().map(assignment))
         }
         Item::World(settings) => block("world", settings.iter().map(assignment)),
-        Item::Agents(it) => {
-            let head = match &it.size {
-                Some(size) => format!("agents {}[{}]", it.name.node, expr(size)),
-                None => format!("agent {}", it.name.node),
-            };
-            let head = format!("{}{head} : {}", doc(&it.doc), call(&it.body, false));
-            block(&head, it.settings.iter().map(assignment))
-        }
-        Item::Formation { doc, name, group, shape, about } => {
-            let (name, group, about) = (&name.node, &group.node, &about.node);
-            format!("{}formation {name} of {group} = {} about {about}", self::doc(doc), call(shape, false))
+        Item::Randomise(settings) => block("randomise", settings.iter().map(assignment)),
+        Item::Agents(it) => agents("agent", it),
+        Item::Obstacles(it) => agents("obstacle", it),
+        Item::Formation(it) => formation(it),
+        Item::Recording { doc, name, file } => {
+            format!("{}recording {} = \"{}\"", self::doc(doc), name.node, file.node)
         }
         Item::Require(it) => format!("require {}", expr(it)),
-        Item::Observe(items) => block("observe", items.iter().map(observation)),
-        Item::Reward(terms) => block(
-            "reward",
+        Item::Observe { each: of, items } => {
+            block(&format!("observe{}", each(of)), items.iter().map(observation))
+        }
+        Item::Reward { each: of, terms } => block(
+            &format!("reward{}", each(of)),
             terms.iter().map(|it| format!("{}{} = {}", doc(&it.doc), it.name.node, expr(&it.value))),
         ),
-        Item::End(items) => block(
-            "end",
-            items.iter().map(|it| {
-                let cost = it.cost.as_ref().map(|cost| format!(" costs {}", expr(cost)));
-                format!("{} when {}{}", it.name.node, expr(&it.when), cost.unwrap_or_default())
-            }),
-        ),
+        Item::End(items) => block("end", items.iter().map(ending)),
         Item::Learn { algorithm, preset, settings } => {
             let preset = preset.as_ref().map(|it| format!(" with {}", it.node)).unwrap_or_default();
             block(&format!("learn {}{preset}", algorithm.node), settings.iter().map(assignment))
@@ -89,7 +82,81 @@ pub fn item(item: &Item) -> String {
         Item::Evaluate { doc, name, settings } => {
             block(&format!("{}evaluate {}", self::doc(doc), name.node), settings.iter().map(assignment))
         }
+        Item::Stage(it) => stage(it),
+        Item::Variant { doc, name, settings } => {
+            block(&format!("{}variant {}", self::doc(doc), name.node), settings.iter().map(assignment))
+        }
+        Item::Sweep { doc, axes } => block(&format!("{}sweep", self::doc(doc)), axes.iter().map(axis)),
         Item::Expect(it) => expectation(it),
+        Item::Test { doc, name, steps } => {
+            let head = format!("{}test \"{}\"", self::doc(doc), name.node);
+            block(&head, steps.iter().map(|step| test_step(&step.node)))
+        }
+    }
+}
+
+fn agents(word: &str, it: &AgentsDecl) -> String {
+    let head = match &it.size {
+        Some(size) => format!("{word}s {}[{}]", it.name.node, expr(size)),
+        None => format!("{word} {}", it.name.node),
+    };
+    let head = format!("{}{head} : {}", doc(&it.doc), call(&it.body, false));
+    block(&head, it.settings.iter().map(assignment))
+}
+
+fn formation(it: &FormationDecl) -> String {
+    let shape = it.shape.as_ref().map(|shape| format!(" = {}", call(shape, false))).unwrap_or_default();
+    let frame = if it.frame.is_some() { " in its frame" } else { "" };
+    let about = it.about.as_ref().map(|about| format!(" about {}{frame}", about.node)).unwrap_or_default();
+    let graph = it.graph.as_ref().map(|graph| format!(" over {}", graph.node)).unwrap_or_default();
+    let head =
+        format!("{}formation {} of {}{shape}{about}{graph}", doc(&it.doc), it.name.node, it.group.node);
+    if it.edges.is_empty() { head } else { block(&head, it.edges.iter().map(edge)) }
+}
+
+fn edge(it: &EdgeDecl) -> String {
+    format!("edge {} - {} = {}", expr(&it.from), expr(&it.to), expr(&it.distance))
+}
+
+fn each(each: &Option<Over>) -> String {
+    each.as_ref().map(|each| format!(" each {}", over(each))).unwrap_or_default()
+}
+
+fn ending(it: &EndItem) -> String {
+    let limit = if it.limit { "limit " } else { "" };
+    let cost = it.cost.as_ref().map(|cost| format!(" costs {}", expr(cost)));
+    format!("{limit}{} when {}{}", it.name.node, expr(&it.when), cost.unwrap_or_default())
+}
+
+fn stage(it: &StageDecl) -> String {
+    let head = format!("{}stage {}", doc(&it.doc), it.name.node);
+    let mut text = block(&head, it.settings.iter().map(assignment));
+    if let Some(until) = &it.until {
+        let side = if until.below { "<" } else { ">" };
+        text += &format!(" until {} {side} {}", until.measure.node, expr(&until.bound));
+        text += &until.over.as_ref().map(|over| format!(" over {}", expr(over))).unwrap_or_default();
+    }
+    text + &it.within.as_ref().map(|within| format!(" within {}", expr(within))).unwrap_or_default()
+}
+
+fn axis(it: &Axis) -> String {
+    let paths: Vec<String> = it.paths.iter().map(|path| joined(path, ".")).collect();
+    match paths.as_slice() {
+        [path] => format!("{path} in {}", expr(&it.values)),
+        paths => format!("({}) in {}", paths.join(", "), expr(&it.values)),
+    }
+}
+
+fn test_step(step: &TestStep) -> String {
+    match step {
+        TestStep::Place { agent, at } => format!("place {} at {}", expr(agent), expr(at)),
+        TestStep::Turn { agent, to } => format!("turn {} to {}", expr(agent), expr(to)),
+        TestStep::Steer { agent, at } => format!("steer {} at {}", expr(agent), expr(at)),
+        TestStep::Step(steps) => format!("step {}", expr(steps)),
+        TestStep::Check { condition, tolerance, .. } => {
+            let tolerance = tolerance.as_ref().map(|it| format!(" ± {}", expr(it))).unwrap_or_default();
+            format!("check {}{tolerance}", expr(condition))
+        }
     }
 }
 
@@ -290,6 +357,8 @@ fn shape(it: &ShapeDecl) -> String {
         ShapeSlots::Rule { number, count, value } => {
             format!("slot {} of {} = {}", number.node, count.node, expr(value))
         }
+        ShapeSlots::Edges(edges) => edges.iter().map(edge).collect::<Vec<_>>().join("\n"),
+        ShapeSlots::Graph { graph, distance } => format!("edges {} = {}", graph.node, expr(distance)),
     };
     block(&head, it.lets.iter().map(let_).chain([slots]))
 }
@@ -304,7 +373,8 @@ fn assignment(it: &Assignment) -> String {
 
 fn observation(it: &ObserveItem) -> String {
     let over = it.over.as_ref().map(|over| format!(" for {}", self::over(over)));
-    expr(&it.value) + &over.unwrap_or_default()
+    let head = expr(&it.value) + &over.unwrap_or_default();
+    if it.settings.is_empty() { head } else { block(&head, it.settings.iter().map(assignment)) }
 }
 
 fn expectation(it: &Expectation) -> String {

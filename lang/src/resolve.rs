@@ -67,8 +67,11 @@ pub enum Space {
     Algorithm,
     Controller,
     Body,
+    Solid,
     Preset,
     Protocol,
+    Stage,
+    Variant,
     Unit,
     Dimension,
 }
@@ -83,22 +86,28 @@ impl Space {
             Space::Algorithm => "a learning algorithm",
             Space::Controller => "a controller",
             Space::Body => "a body",
+            Space::Solid => "an outline of obstacles",
             Space::Preset => "a preset",
             Space::Protocol => "an evaluation",
+            Space::Stage => "a stage",
+            Space::Variant => "a variant",
             Space::Unit => "a unit",
             Space::Dimension => "a dimension",
         }
     }
 
-    pub const ALL: [Space; 10] = [
+    pub const ALL: [Space; 13] = [
         Space::Value,
         Space::Motion,
         Space::Shape,
         Space::Algorithm,
         Space::Controller,
         Space::Body,
+        Space::Solid,
         Space::Preset,
         Space::Protocol,
+        Space::Stage,
+        Space::Variant,
         Space::Unit,
         Space::Dimension,
     ];
@@ -116,7 +125,9 @@ pub fn declared(item: &Item) -> Option<(Space, &Name)> {
         Item::Let(decl) => (Space::Value, &decl.name),
         Item::Function(decl) => (Space::Value, &decl.name),
         Item::Agents(decl) => (Space::Value, &decl.name),
-        Item::Formation { name, .. } => (Space::Value, name),
+        Item::Obstacles(decl) => (Space::Value, &decl.name),
+        Item::Formation(decl) => (Space::Value, &decl.name),
+        Item::Recording { name, .. } => (Space::Value, name),
         Item::Motion(decl) => (Space::Motion, &decl.name),
         Item::Shape(decl) => (Space::Shape, &decl.name),
         Item::Extern(decl) => {
@@ -124,11 +135,14 @@ pub fn declared(item: &Item) -> Option<(Space, &Name)> {
                 ExternKind::Algorithm => Space::Algorithm,
                 ExternKind::Controller => Space::Controller,
                 ExternKind::Body => Space::Body,
+                ExternKind::Solid => Space::Solid,
             };
             (space, &decl.name)
         }
         Item::Preset { name, .. } => (Space::Preset, name),
         Item::Evaluate { name, .. } => (Space::Protocol, name),
+        Item::Stage(decl) => (Space::Stage, &decl.name),
+        Item::Variant { name, .. } => (Space::Variant, name),
         _ => return None,
     })
 }

@@ -137,6 +137,7 @@ impl<'a> Checker<'a> {
             crate::ast::ExternKind::Algorithm => Space::Algorithm,
             crate::ast::ExternKind::Controller => Space::Controller,
             crate::ast::ExternKind::Body => Space::Body,
+            crate::ast::ExternKind::Solid => Space::Solid,
         };
         let entry = self.program.find(id.module, space, &base.name.node)?;
         let params = self.signature(entry.id)?;

@@ -163,6 +163,7 @@ impl<'a> Checker<'a> {
                 scope.add(&count.node, Kind::SlotCount, Type::Number(Dim::none()));
                 Slots::Rule(self.wanted(scope, value, &point, &why))
             }
+            ShapeSlots::Edges(_) | ShapeSlots::Graph { .. } => Slots::List(Vec::new()),
         };
         Shape { name: decl.name.node.clone(), slots }
     }

@@ -24,7 +24,7 @@ struct Summand {
 impl<'a> Checker<'a> {
     pub fn reward(&mut self) {
         let found = self.only("reward", |item| match item {
-            Item::Reward(terms) => Some(terms),
+            Item::Reward { terms, .. } => Some(terms),
             _ => None,
         });
         let mut summands = Vec::new();

@@ -48,7 +48,9 @@ impl<'a> Checker<'a> {
     pub fn formations(&mut self) {
         let mut shapes = Vec::new();
         for (_, item) in self.main_items() {
-            let Item::Formation { name, group, shape, about, .. } = &item.node else { continue };
+            let Item::Formation(decl) = &item.node else { continue };
+            let (Some(shape), Some(about)) = (&decl.shape, &decl.about) else { continue };
+            let (name, group) = (&decl.name, &decl.group);
             let (group, about) = (self.group_of_name(group), self.leader_of_formation(about));
             if let (Some(group), Some(about)) = (group, about)
                 && group == about
@@ -127,7 +129,7 @@ impl<'a> Checker<'a> {
             }
         }
         let found = self.only("observe", |item| match item {
-            Item::Observe(items) => Some(items),
+            Item::Observe { items, .. } => Some(items),
             _ => None,
         });
         match found {

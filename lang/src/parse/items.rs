@@ -1,15 +1,15 @@
 //! Items from what the grammar found.
 
 use crate::ast::{
-    AgentsDecl, Assignment, EndItem, Expectation, ExpectationKind, Expr, ExternDecl, ExternKind,
-    FunctionBody, FunctionDecl, Item, LetDecl, MotionDecl, Name, ObserveItem, Parameter, RewardTerm,
-    ShapeDecl, ShapeSlots, Span, Spanned, StateDecl,
+    AgentsDecl, Assignment, EdgeDecl, EndItem, Expectation, ExpectationKind, Expr, ExprAt, ExternDecl,
+    ExternKind, FormationDecl, FunctionBody, FunctionDecl, Item, LetDecl, MotionDecl, Name, ObserveItem,
+    Over, Parameter, RewardTerm, ShapeDecl, ShapeSlots, Span, Spanned, StateDecl,
 };
 use crate::problem::{Code, Problem};
 
 use super::expr::{dimensions, expr, name, over, type_, use_of};
 use super::syntax::SYNTAX;
-use super::{Context, Node, Rule, end_of};
+use super::{Context, Node, Rule, end_of, study};
 
 pub(crate) const MISSING_SEPARATOR: Code = Code {
     name: "missing-separator",
@@ -38,7 +38,7 @@ impl<'a> Parts<'a> {
     }
 
     /// The text of the `///` comment that comes next, if one does.
-    fn doc(&mut self) -> String {
+    pub fn doc(&mut self) -> String {
         let lines = self.of_rule(Rule::doc).map(|doc| doc.into_inner()).into_iter().flatten();
         let lines = lines.filter_map(|line| Some(line.as_str().strip_prefix("///")?.trim_end().to_owned()));
         let lines: Vec<String> =
@@ -71,7 +71,9 @@ fn is_punctuation(rule: Rule) -> bool {
             | Rule::kw_beats | Rule::kw_costs | Rule::kw_else | Rule::kw_extern | Rule::kw_for | Rule::kw_if
             | Rule::kw_in | Rule::kw_let | Rule::kw_next | Rule::kw_of | Rule::kw_on | Rule::kw_one | Rule::kw_range
             | Rule::kw_slot | Rule::kw_slots | Rule::kw_state | Rule::kw_then | Rule::kw_vec | Rule::kw_when
-            | Rule::kw_with | Rule::EOI
+            | Rule::kw_with | Rule::kw_check | Rule::kw_each | Rule::kw_edge | Rule::kw_edges | Rule::kw_frame
+            | Rule::kw_its | Rule::kw_over | Rule::kw_place | Rule::kw_steer | Rule::kw_step | Rule::kw_to
+            | Rule::kw_turn | Rule::kw_until | Rule::kw_within | Rule::minus | Rule::within_of | Rule::EOI
     )
 }
 
@@ -99,13 +101,10 @@ pub(super) fn item(context: &Context, node: Node) -> Option<Item> {
         Rule::function => Item::Function(function(context, doc, whole)?),
         Rule::motion => Item::Motion(motion(context, doc, whole)?),
         Rule::shape => Item::Shape(shape(context, doc, whole)?),
-        Rule::formation => Item::Formation {
-            doc,
-            name: name(context, parts.next()?),
-            group: name(context, parts.next()?),
-            shape: use_of(context, parts.next()?)?,
-            about: name(context, parts.next()?),
-        },
+        Rule::formation => Item::Formation(formation(context, doc, parts)?),
+        Rule::recording => {
+            Item::Recording { doc, name: name(context, parts.next()?), file: text(context, parts.next()?) }
+        }
         Rule::extern_ => Item::Extern(extern_decl(context, doc, parts)?),
         Rule::preset => Item::Preset {
             doc,
@@ -114,16 +113,20 @@ pub(super) fn item(context: &Context, node: Node) -> Option<Item> {
             settings: settings(context, parts.next())?,
         },
         Rule::world => Item::World(settings(context, parts.next())?),
-        Rule::agents => Item::Agents(AgentsDecl {
-            doc,
-            name: name(context, parts.next()?),
-            size: optional(parts.of_rule(Rule::size), |node| expr(context, Parts::of(node).next()?))?,
-            body: use_of(context, parts.next()?)?,
-            settings: settings(context, parts.next())?,
-        }),
+        Rule::randomise => Item::Randomise(settings(context, parts.next())?),
+        Rule::agents => Item::Agents(agents(context, doc, parts)?),
+        Rule::obstacles => Item::Obstacles(agents(context, doc, parts)?),
         Rule::require => Item::Require(expr(context, parts.next()?)?),
-        Rule::observe => Item::Observe(each(context, whole, |node| observation(context, node))?),
-        Rule::reward => Item::Reward(each(context, whole, |node| term(context, node))?),
+        Rule::observe => {
+            let (of, entries) = of_each(context, whole)?;
+            let items = entries.into_iter().map(|node| observation(context, node)).collect::<Option<_>>()?;
+            Item::Observe { each: of, items }
+        }
+        Rule::reward => {
+            let (of, entries) = of_each(context, whole)?;
+            let terms = entries.into_iter().map(|node| term(context, node)).collect::<Option<_>>()?;
+            Item::Reward { each: of, terms }
+        }
         Rule::end => Item::End(each(context, whole, |node| ending(context, node))?),
         Rule::learn => Item::Learn {
             algorithm: name(context, parts.next()?),
@@ -141,11 +144,98 @@ pub(super) fn item(context: &Context, node: Node) -> Option<Item> {
             settings: settings(context, parts.next())?,
         },
         Rule::expect => Item::Expect(expectation(context, parts.next()?)?),
+        Rule::variant => Item::Variant {
+            doc,
+            name: name(context, parts.next()?),
+            settings: settings(context, parts.next())?,
+        },
+        Rule::stage => Item::Stage(study::stage(context, doc, parts)?),
+        Rule::sweep => Item::Sweep { doc, axes: each(context, whole, |node| study::axis(context, node))? },
+        Rule::test => {
+            let mut entries = each(context, whole, Some)?.into_iter();
+            let name = text(context, entries.next()?);
+            let steps = entries.map(|node| study::test_step(context, node)).collect::<Option<_>>()?;
+            Item::Test { doc, name, steps }
+        }
         _ => return None,
     })
 }
 
-fn optional<'a, T>(node: Option<Node<'a>>, make: impl FnOnce(Node<'a>) -> Option<T>) -> Option<Option<T>> {
+/// A text without its quotes.
+fn text(context: &Context, node: Node) -> Spanned<String> {
+    Spanned { node: node.as_str().trim_matches('"').to_owned(), span: context.span(&node) }
+}
+
+fn agents(context: &Context, doc: String, mut parts: Parts) -> Option<AgentsDecl> {
+    Some(AgentsDecl {
+        doc,
+        name: name(context, parts.next()?),
+        size: optional(parts.of_rule(Rule::size), |node| expr(context, Parts::of(node).next()?))?,
+        body: use_of(context, parts.next()?)?,
+        settings: settings(context, parts.next())?,
+    })
+}
+
+fn formation(context: &Context, doc: String, mut parts: Parts) -> Option<FormationDecl> {
+    let (name_, group) = (name(context, parts.next()?), name(context, parts.next()?));
+    let shape = optional(parts.of_rule(Rule::use_of), |node| use_of(context, node))?;
+    let (about, frame) = match parts.of_rule(Rule::about) {
+        Some(node) => {
+            let mut parts = Parts::of(node);
+            let about = name(context, parts.next()?);
+            (Some(about), parts.of_rule(Rule::frame).map(|node| context.span(&node)))
+        }
+        None => (None, None),
+    };
+    let graph = parts.of_rule(Rule::graph).and_then(|node| Parts::of(node).next());
+    let graph = graph.map(|node| name(context, node));
+    let edges = optional(parts.of_rule(Rule::edges), |node| edges(context, node))?.unwrap_or_default();
+    Some(FormationDecl { doc, name: name_, group, shape, about, frame, graph, edges })
+}
+
+fn edges(context: &Context, node: Node) -> Option<Vec<EdgeDecl>> {
+    each(context, node, |node| {
+        let mut parts = Parts::of(node);
+        parts.doc();
+        let (from, to) = (endpoint(context, parts.next()?)?, endpoint(context, parts.next()?)?);
+        Some(EdgeDecl { from, to, distance: expr(context, parts.next()?)? })
+    })
+}
+
+/// A number, a name, or a name and an index.
+fn endpoint(context: &Context, node: Node) -> Option<ExprAt> {
+    let span = context.span(&node);
+    let mut parts = Parts::of(node);
+    let first = parts.next()?;
+    if first.as_rule() == Rule::count {
+        let value = first.as_str().trim().parse().ok()?;
+        return Some(Spanned { node: Expr::Number { value, unit: None }, span });
+    }
+    let Spanned { node, span: of } = name(context, first);
+    let named = Spanned { node: Expr::Name(node), span: of };
+    Some(match parts.next() {
+        None => named,
+        Some(index) => {
+            let index = expr(context, Parts::of(index).next()?)?;
+            Spanned { node: Expr::Index(Box::new(named), Box::new(index)), span }
+        }
+    })
+}
+
+/// The entries of a block and what stands before them: `each i in follower`.
+fn of_each<'a>(context: &Context, block: Node<'a>) -> Option<(Option<Over>, Vec<Node<'a>>)> {
+    let mut entries = each(context, block, Some)?;
+    if entries.first().is_none_or(|first| first.as_rule() != Rule::each) {
+        return Some((None, entries));
+    }
+    let over = over(context, Parts::of(entries.remove(0)).next()?)?;
+    Some((Some(over), entries))
+}
+
+pub(super) fn optional<'a, T>(
+    node: Option<Node<'a>>,
+    make: impl FnOnce(Node<'a>) -> Option<T>,
+) -> Option<Option<T>> {
     match node {
         Some(node) => make(node).map(Some),
         None => Some(None),
@@ -180,7 +270,7 @@ fn each<'a, T>(
     entries.into_iter().map(make).collect()
 }
 
-fn names(context: &Context, node: Node) -> Vec<Name> {
+pub(super) fn names(context: &Context, node: Node) -> Vec<Name> {
     Parts::of(node).map(|node| name(context, node)).collect()
 }
 
@@ -300,12 +390,19 @@ fn shape(context: &Context, doc: String, node: Node) -> Option<ShapeDecl> {
     let name_ = name(context, entries.next()?);
     let params = parameters(context, entries.next()?)?;
     let lets = entries.map(|node| let_entry(context, node)).collect::<Option<_>>()?;
-    let slots = if slots.as_rule() == Rule::slot_list {
-        ShapeSlots::List(each(context, slots, |node| expr(context, node))?)
-    } else {
-        let mut parts = Parts::of(slots);
-        let (number, count) = (name(context, parts.next()?), name(context, parts.next()?));
-        ShapeSlots::Rule { number, count, value: expr(context, parts.next()?)? }
+    let slots = match slots.as_rule() {
+        Rule::slot_list => ShapeSlots::List(each(context, slots, |node| expr(context, node))?),
+        Rule::edges => ShapeSlots::Edges(edges(context, slots)?),
+        Rule::graph_rule => {
+            let mut parts = Parts::of(slots);
+            let graph = name(context, parts.next()?);
+            ShapeSlots::Graph { graph, distance: expr(context, parts.next()?)? }
+        }
+        _ => {
+            let mut parts = Parts::of(slots);
+            let (number, count) = (name(context, parts.next()?), name(context, parts.next()?));
+            ShapeSlots::Rule { number, count, value: expr(context, parts.next()?)? }
+        }
     };
     Some(ShapeDecl { doc, name: name_, params, lets, slots })
 }
@@ -314,6 +411,7 @@ fn extern_decl(context: &Context, doc: String, mut parts: Parts) -> Option<Exter
     let kind = match parts.next()?.as_str() {
         "algorithm" => ExternKind::Algorithm,
         "controller" => ExternKind::Controller,
+        "solid" => ExternKind::Solid,
         _ => ExternKind::Body,
     };
     let name = name(context, parts.next()?);
@@ -323,7 +421,7 @@ fn extern_decl(context: &Context, doc: String, mut parts: Parts) -> Option<Exter
     Some(ExternDecl { doc, kind, name, params, base })
 }
 
-fn settings(context: &Context, node: Option<Node>) -> Option<Vec<Assignment>> {
+pub(super) fn settings(context: &Context, node: Option<Node>) -> Option<Vec<Assignment>> {
     let Some(node) = node else { return Some(Vec::new()) };
     each(context, node, |node| {
         let mut parts = Parts::of(node);
@@ -338,7 +436,8 @@ fn observation(context: &Context, node: Node) -> Option<ObserveItem> {
     let mut parts = Parts::of(node);
     parts.doc();
     let value = expr(context, parts.next()?)?;
-    Some(ObserveItem { value, over: optional(parts.next(), |node| over(context, node))? })
+    let over = optional(parts.of_rule(Rule::over), |node| over(context, node))?;
+    Some(ObserveItem { value, over, settings: settings(context, parts.next())? })
 }
 
 fn term(context: &Context, node: Node) -> Option<RewardTerm> {
@@ -353,8 +452,9 @@ fn term(context: &Context, node: Node) -> Option<RewardTerm> {
 fn ending(context: &Context, node: Node) -> Option<EndItem> {
     let mut parts = Parts::of(node);
     parts.doc();
+    let limit = parts.of_rule(Rule::limit).is_some();
     let (name, when) = (name(context, parts.next()?), expr(context, parts.next()?)?);
-    Some(EndItem { name, when, cost: optional(parts.next(), |node| expr(context, node))? })
+    Some(EndItem { limit, name, when, cost: optional(parts.next(), |node| expr(context, node))? })
 }
 
 fn expectation(context: &Context, node: Node) -> Option<Expectation> {

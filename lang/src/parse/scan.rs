@@ -59,21 +59,29 @@ pub(crate) const ITEM_WORDS: &[&str] = &[
     "let",
     "motion",
     "observe",
+    "obstacle",
+    "obstacles",
     "param",
     "preset",
+    "randomise",
+    "recording",
     "require",
     "reward",
     "scenario",
     "seeds",
+    "stage",
+    "sweep",
+    "test",
     "unit",
     "use",
+    "variant",
     "world",
 ];
 
 /// The words after which, or with which, an item goes on.
 pub(crate) const CONNECTIVES: &[&str] = &[
-    "about", "and", "at", "beats", "costs", "else", "for", "if", "in", "not", "of", "on", "or", "then",
-    "when", "with",
+    "about", "and", "at", "beats", "costs", "else", "for", "if", "in", "not", "of", "on", "or", "over",
+    "then", "until", "when", "with", "within",
 ];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,6 +96,8 @@ pub(crate) enum Kind {
     /// `//` or `//!` up to the line's end.
     Comment,
     Symbol,
+    /// `"…"`
+    Text,
 }
 
 /// Bytes `start..end` of the file; `first` on its line.
@@ -166,6 +176,14 @@ pub(crate) fn with_comments(text: &str) -> Vec<Token> {
             }
             b'0'..=b'9' => (Kind::Number, number_end(bytes, at)),
             byte if word(byte) => (Kind::Word, run(at, |byte| byte.is_ascii_alphanumeric() || byte == b'_')),
+            b'"' => {
+                let line = run(at, |byte| byte != b'\n' && byte != b'\r');
+                let closing = text[at + 1..line].find('"').map(|length| at + 1 + length + 1);
+                match closing {
+                    Some(end) => (Kind::Text, end),
+                    None => (Kind::Symbol, at + 1),
+                }
+            }
             b'(' | b'[' | b'{' => (Kind::Open, at + 1),
             b')' | b']' | b'}' => (Kind::Close, at + 1),
             _ => {
@@ -395,7 +413,7 @@ fn partner(bracket: &str) -> &'static str {
 fn ends_operand(kind: Kind, text: &str) -> bool {
     match kind {
         Kind::Word => !CONNECTIVES.contains(&text),
-        Kind::Number | Kind::Close => true,
+        Kind::Number | Kind::Close | Kind::Text => true,
         Kind::Symbol => matches!(text, "|" | "%"),
         Kind::Open | Kind::Doc | Kind::Comment => false,
     }
@@ -407,6 +425,6 @@ fn wants_more(kind: Kind, text: &str) -> bool {
         Kind::Word => CONNECTIVES.contains(&text),
         Kind::Symbol => !matches!(text, "|" | "%"),
         Kind::Open => true,
-        Kind::Number | Kind::Close | Kind::Doc | Kind::Comment => false,
+        Kind::Number | Kind::Close | Kind::Doc | Kind::Comment | Kind::Text => false,
     }
 }
