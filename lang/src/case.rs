@@ -4,13 +4,14 @@ use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::constant::{Constant, Constants};
-use crate::hir::{Change, Control, Expr, Hir, Protocol, Slots, World};
+use crate::hir::{Change, Control, Expr, Hir, Protocol, Slots, Track, World};
 use crate::inline::{Inliner, Refusal, Value, group_of as group_of_set};
 use crate::plan::{self, AgentRef, Area, GroupId, IndexSet, ParamId, Quantity, Setting, VarId};
 
 pub struct Case<'s> {
     pub world: World,
     pub constants: Constants,
+    tracks: Vec<Track>,
     /// Parameters that differ from those of training.
     pub folded: BTreeMap<ParamId, f64>,
     /// Nodes inlined so far, over all cases.
@@ -30,6 +31,7 @@ impl<'s> Case<'s> {
     fn new(hir: &Hir, changes: &[&Change], spent: &'s Cell<usize>) -> Case<'s> {
         let mut case = Case {
             world: hir.world.clone(),
+            tracks: hir.tracks.clone(),
             constants: Constants::default(),
             folded: BTreeMap::new(),
             spent,
@@ -80,7 +82,7 @@ impl<'s> Case<'s> {
     }
 
     pub fn inliner(&self) -> Inliner<'_> {
-        Inliner::new(&self.world, &self.folded, self.spent)
+        Inliner::new(&self.world, &self.tracks, &self.folded, self.spent)
     }
 
     pub fn value(&self, expr: &Expr) -> Result<Value, Refusal> {
@@ -127,18 +129,39 @@ impl<'s> Case<'s> {
                 _ => return None,
             },
             Value::Agent(..) | Value::Area(_) => return None,
+            Value::Formation(_) | Value::Group(_) | Value::Track(_) => return None,
         })
+    }
+
+    /// The value of a constant, finite vector.
+    pub fn point(&self, expr: &Expr) -> Option<(f64, f64)> {
+        match self.value(expr).ok()? {
+            Value::Expr(expr) => self.finite_point(&expr),
+            _ => None,
+        }
+    }
+
+    /// The value of a constant list of vectors.
+    pub fn points(&self, expr: &Expr) -> Option<Vec<(f64, f64)>> {
+        match self.value(expr).ok()? {
+            Value::List(all) => all.iter().map(|point| self.finite_point(point)).collect(),
+            _ => None,
+        }
+    }
+
+    fn finite_point(&self, expr: &plan::Expr) -> Option<(f64, f64)> {
+        self.constants.vector(expr).filter(|(x, y)| x.is_finite() && y.is_finite())
     }
 
     /// The groups whose positions an expression in the settings of a group depends on.
     pub fn groups_in(&self, expr: &plan::Expr, member_of: GroupId, found: &mut BTreeSet<GroupId>) {
         match expr {
-            plan::Expr::Agent(_, AgentRef::Member) => drop(found.insert(member_of)),
-            plan::Expr::Agent(_, AgentRef::Fixed(agent)) => found.extend(self.group_of(*agent)),
-            // Of a set, which is seen where the variable is bound.
-            plan::Expr::Agent(_, AgentRef::Var(_)) => {}
+            plan::Expr::Agent(_, agent) => found.extend(self.group_of_agent(*agent, member_of)),
+            plan::Expr::Clearance(a, b) => {
+                found.extend([a, b].into_iter().filter_map(|agent| self.group_of_agent(*agent, member_of)));
+            }
             plan::Expr::Slot(formation, _) => {
-                found.extend(self.world.formations.get(*formation).map(|formation| formation.about));
+                found.extend(self.world.formations.get(*formation).and_then(|formation| formation.about));
             }
             plan::Expr::Reduce { over, .. } => found.extend(self.groups_of(over)),
             _ => {}
@@ -168,6 +191,15 @@ impl<'s> Case<'s> {
         expr.parts().into_iter().for_each(|part| self.asked_outside(part, vars, found));
     }
 
+    /// Variables are of a set, which is seen where they are bound.
+    fn group_of_agent(&self, agent: AgentRef, member_of: GroupId) -> Option<GroupId> {
+        match agent {
+            AgentRef::Member => Some(member_of),
+            AgentRef::Fixed(agent) => self.group_of(agent),
+            AgentRef::Var(_) => None,
+        }
+    }
+
     fn group_of(&self, agent: usize) -> Option<GroupId> {
         let mut next = 0;
         self.world.groups.iter().position(|group| {
@@ -177,9 +209,20 @@ impl<'s> Case<'s> {
     }
 
     fn groups_of(&self, set: &IndexSet) -> Vec<GroupId> {
-        match group_of_set(set) {
-            Some(group) => vec![group],
-            None => (0..self.world.groups.len()).collect(),
+        let all = |obstacles: bool| {
+            let groups = self.world.groups.iter().enumerate();
+            groups.filter(|(_, group)| group.obstacle == obstacles).map(|(id, _)| id).collect()
+        };
+        match (group_of_set(set), set) {
+            (Some(group), _) => vec![group],
+            (None, IndexSet::Obstacles) => all(true),
+            (None, IndexSet::Edges(formation)) => {
+                let formation = self.world.formations.get(*formation);
+                formation.into_iter().flat_map(|it| it.about.into_iter().chain([it.group])).collect()
+            }
+            (None, IndexSet::Pairs(of)) => self.groups_of(of),
+            (None, IndexSet::Nearest { among, .. }) => self.groups_of(among),
+            (None, _) => all(false),
         }
     }
 
@@ -200,6 +243,7 @@ impl<'s> Case<'s> {
                     |k: usize| Constants { slot: Some((k as f64, size as f64)), ..self.constants.clone() };
                 (1..=size).map(|k| constants(k).vector(&rule)).collect()
             }
+            Slots::Edges(_) | Slots::Graph(..) => None,
         }
     }
 }

@@ -11,8 +11,10 @@ pub(crate) mod evaluate;
 pub(crate) mod expr;
 pub(crate) mod feasible;
 pub(crate) mod fits;
+pub(crate) mod formations;
 pub(crate) mod learn;
 pub(crate) mod motion;
+pub(crate) mod obstacles;
 pub(crate) mod reward;
 pub(crate) mod scene;
 pub(crate) mod sets;
@@ -27,7 +29,7 @@ use std::sync::Arc;
 use crate::ast::{ExprAt, Item, Name, Span};
 use crate::constant::Constants;
 use crate::hir::{self, Expr, Hir, Kind, Type};
-use crate::plan::{FormationId, GroupId, ParamId, VarId};
+use crate::plan::{FormationId, GroupId, ParamId, TrackId, VarId};
 use crate::problem::{Code, Problem, Problems, did_you_mean};
 use crate::resolve::{ItemId, Program};
 use crate::source::Sources;
@@ -64,11 +66,13 @@ pub fn check(
     };
     checker.number_items();
     checker.params(overrides);
+    checker.tracks();
     checker.world();
     checker.group_sizes();
     checker.formations();
     checker.declarations();
     checker.agents();
+    checker.obstacles();
     checker.scene();
     checker.reward();
     checker.learning();
@@ -109,6 +113,7 @@ struct Ids {
     params: BTreeMap<ItemId, ParamId>,
     groups: BTreeMap<ItemId, GroupId>,
     formations: BTreeMap<ItemId, FormationId>,
+    tracks: BTreeMap<ItemId, TrackId>,
 }
 
 /// Declarations that were checked, or are being checked (`None`: to find those that refer to themselves).
@@ -219,22 +224,27 @@ impl<'a> Checker<'a> {
         for (id, item) in self.program.items().filter(|(id, _)| id.module == self.program.main) {
             match &item.node {
                 Item::Param(_) => drop(self.ids.params.insert(id, self.ids.params.len())),
-                Item::Agents(decl) => {
+                Item::Agents(decl) | Item::Obstacles(decl) => {
                     self.ids.groups.insert(id, self.ids.groups.len());
                     self.hir.world.groups.push(hir::Group {
                         name: decl.name.node.clone(),
-                        size: 0,
-                        body: None,
-                        arena: None,
-                        speed: None,
-                        control: None,
-                        start: None,
+                        obstacle: matches!(item.node, Item::Obstacles(_)),
                         span: decl.name.span,
+                        ..hir::Group::default()
                     });
                 }
-                Item::Formation { .. } => drop(self.ids.formations.insert(id, self.ids.formations.len())),
+                Item::Recording { .. } => drop(self.ids.tracks.insert(id, self.ids.tracks.len())),
+                Item::Formation(_) => drop(self.ids.formations.insert(id, self.ids.formations.len())),
                 _ => {}
             }
+        }
+    }
+
+    fn tracks(&mut self) {
+        for (id, item) in self.main_items() {
+            let Item::Recording { name, .. } = &item.node else { continue };
+            let points = self.program.recordings.get(&id).cloned().unwrap_or_default();
+            self.hir.tracks.push(hir::Track { name: name.node.clone(), points, span: name.span });
         }
     }
 
@@ -275,14 +285,18 @@ impl<'a> Checker<'a> {
                 );
             }
         }
-        for (at, name) in self.program.imports() {
-            if !self.used.contains(&at) {
-                self.problems.push(
-                    Problem::warning(&UNUSED, format!("`{name}` is not used"))
-                        .at(at, "nothing here refers to it")
-                        .help("take it out of the `use`"),
-                );
-            }
+        let imports = self.program.imports();
+        for (_, item) in self.main_items().filter(|(_, item)| matches!(item.node, Item::Use { .. })) {
+            let inside = |at: &Span| (item.span.start..item.span.end).contains(&at.start);
+            let unused: Vec<_> =
+                imports.iter().filter(|(at, _)| inside(at) && !self.used.contains(at)).collect();
+            let Some(((first, _), others)) = unused.split_first() else { continue };
+            let names = crate::resolve::listed(unused.iter().map(|(_, name)| **name));
+            let (verb, pronoun) = if others.is_empty() { ("is", "it") } else { ("are", "them") };
+            let problem = Problem::warning(&UNUSED, format!("{names} {verb} not used"))
+                .at(**first, "nothing here refers to it");
+            let problem = others.iter().fold(problem, |problem, (at, _)| problem.with(**at, ""));
+            self.problems.push(problem.help(format!("take {pronoun} out of the `use`")));
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Every kind of problem the compiler knows.
 
 use crate::problem::Code;
-use crate::{check, lower, parse, resolve};
+use crate::{check, lower, parse, recording, resolve};
 
 /// All codes.
 pub const ALL: &[&Code] = &[
@@ -23,6 +23,11 @@ pub const ALL: &[&Code] = &[
     &check::expr::UNKNOWN_NAME,
     &check::expr::WRONG_KIND,
     &check::feasible::NEVER_OUTSIDE,
+    &check::formations::BAD_EDGE,
+    &check::obstacles::BAD_OUTLINE,
+    &check::obstacles::LIST_LENGTH,
+    &check::scene::BAD_EACH,
+    &recording::BAD_RECORDING,
     &check::feasible::SLOTS_TOO_CLOSE,
     &check::feasible::SLOT_COUNT,
     &check::fits::TYPE_MISMATCH,

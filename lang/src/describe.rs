@@ -1,8 +1,7 @@
 //! What the checker found out, for people and golden files.
 
 use crate::check::units::Units;
-use crate::hir::{Control, Expr, Extern, Hir, Type};
-use crate::plan::IndexSet;
+use crate::hir::{Control, Expr, Extern, Hir, Kind, Set, Type};
 
 /// Every parameter, setting, observation, term and end with its type.
 pub fn describe(hir: &Hir, units: &Units) -> String {
@@ -26,6 +25,7 @@ pub fn describe(hir: &Hir, units: &Units) -> String {
         text.typed(1, "arena", group.arena.as_ref());
         text.typed(1, "speed", group.speed.as_ref());
         match &group.control {
+            Some(Control::Still) => text.line(1, "still".to_owned()),
             Some(Control::Learned) => text.line(1, "control learned".to_owned()),
             Some(Control::Motion(motion)) => {
                 text.line(1, format!("motion {}", motion.what.name));
@@ -40,8 +40,8 @@ pub fn describe(hir: &Hir, units: &Units) -> String {
     for formation in &world.formations {
         let name = |group: usize| world.groups.get(group).map_or("?", |group| group.name.as_str());
         let shape = formation.shape.as_ref().map_or("?", |shape| shape.what.name.as_str());
-        let (of, about) = (name(formation.group), name(formation.about));
-        text.line(0, format!("formation {} of {of} = {shape} about {about}", formation.name));
+        let about = formation.about.map_or(String::new(), |about| format!(" about {}", name(about)));
+        text.line(0, format!("formation {} of {} = {shape}{about}", formation.name, name(formation.group)));
     }
     for condition in &world.require {
         text.typed(0, "require", Some(condition));
@@ -111,25 +111,32 @@ impl Text<'_> {
             Type::Count => "count".to_owned(),
             Type::Agent(_) => "agent".to_owned(),
             Type::Area => "area".to_owned(),
-            Type::List => "list".to_owned(),
+            Type::List(of) if matches!(**of, Type::Vector(_)) => "points".to_owned(),
+            Type::List(_) => "list".to_owned(),
+            Type::Formation => "formation".to_owned(),
+            Type::Group => "group".to_owned(),
+            Type::Track => "track".to_owned(),
             Type::Word(words) => format!("one of ({})", words.join(", ")),
             Type::Poison => "?".to_owned(),
         }
     }
 
-    fn set(&self, set: &IndexSet) -> String {
+    fn set(&self, set: &Set) -> String {
+        let formation = |of: &Expr| match of.kind {
+            Kind::Formation(id) => self.hir.world.formations.get(id).map_or("?", |formation| &formation.name),
+            _ => "?",
+        };
         match set {
-            IndexSet::All => "all".to_owned(),
-            IndexSet::Group(group) => {
+            Set::All => "all".to_owned(),
+            Set::Obstacles => "obstacles".to_owned(),
+            Set::Group(group) => {
                 self.hir.world.groups.get(*group).map_or("?", |group| &group.name).to_owned()
             }
-            IndexSet::Pairs(set) => format!("pairs({})", self.set(set)),
-            IndexSet::Obstacles => "obstacles".to_owned(),
-            IndexSet::Edges(formation) => {
-                let formation = self.hir.world.formations.get(*formation);
-                format!("edges({})", formation.map_or("?", |formation| &formation.name))
-            }
-            IndexSet::Nearest { count, among, .. } => format!("the {count} nearest of {}", self.set(among)),
+            Set::Argument(_) => "group".to_owned(),
+            Set::Members(of) => format!("members({})", formation(of)),
+            Set::Pairs(of) => format!("pairs({})", self.set(of)),
+            Set::Edges(of) => format!("edges({})", formation(of)),
+            Set::Nearest { among, .. } => format!("the nearest of {}", self.set(among)),
         }
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::ast::{Span, Spanned};
 use crate::dim::Dim;
 use crate::plan::{BinaryOp, ClaimKind, Function as BuiltIn, Quantity, Reduction, UnaryOp, WorldConstant};
-use crate::plan::{FormationId, GroupId, ParamId, VarId};
+use crate::plan::{FormationId, Frame, Graph, GroupId, ParamId, TrackId, VarId};
 
 /// What an expression is.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,8 +21,13 @@ pub enum Type {
     /// A box in the plane.
     Area,
     Range(Dim),
-    /// Plain numbers.
-    List,
+    /// Of numbers, or of vectors.
+    List(Box<Type>),
+    Formation,
+    /// A set of agents or obstacles.
+    Group,
+    /// A recorded path.
+    Track,
     /// One of these words; only as the type of a setting.
     Word(Vec<String>),
     /// Of an expression that a problem was reported for; it fits everywhere.
@@ -59,6 +64,8 @@ pub enum Kind {
     Setting(GroupId, OwnSetting),
     /// The member of the group whose settings these are.
     Member(GroupId),
+    /// The agent that the motion around moves.
+    Own,
     /// A member (from 0) of a group.
     Fixed(GroupId, usize),
     Var(VarId),
@@ -78,7 +85,24 @@ pub enum Kind {
         otherwise: Box<Expr>,
     },
     Agent(Quantity, Box<Expr>),
-    Slot(FormationId, Box<Expr>),
+    Formation(FormationId),
+    /// Of a formation, for an agent.
+    Slot(Box<Expr>, Box<Expr>),
+    /// The distance that a formation wants of two neighbours.
+    Rest(Box<Expr>, Box<[Expr; 2]>),
+    Group(Set),
+    /// How many a set has, or a list.
+    Size(Box<Expr>),
+    Clearance(Box<[Expr; 2]>),
+    /// Whether two agents are the same.
+    Same(Box<[Expr; 2]>),
+    MemberNumber(Box<Expr>),
+    /// An entry of a list, from 1.
+    Element(Box<Expr>, Box<Expr>),
+    Track(TrackId),
+    /// The position on a path at a time.
+    OnTrack(Box<Expr>, Box<Expr>),
+    Duration(Box<Expr>),
     Reduce {
         op: Reduction,
         over: Over,
@@ -115,8 +139,27 @@ pub enum Draw {
 #[derive(Clone, Debug)]
 pub struct Over {
     pub vars: Vec<(VarId, String)>,
-    pub set: crate::plan::IndexSet,
+    pub set: Set,
     pub filter: Option<Box<Expr>>,
+}
+
+/// As [`crate::plan::IndexSet`], of formations and groups that may be arguments.
+#[derive(Clone, Debug)]
+pub enum Set {
+    All,
+    Obstacles,
+    Group(GroupId),
+    /// Parameter k of the function around.
+    Argument(usize),
+    /// The members of a formation.
+    Members(Box<Expr>),
+    Pairs(Box<Set>),
+    Edges(Box<Expr>),
+    Nearest {
+        count: Box<Expr>,
+        to: Box<Expr>,
+        among: Box<Set>,
+    },
 }
 
 /// A parameter of anything that can be called.
@@ -169,6 +212,24 @@ pub struct Shape {
 pub enum Slots {
     List(Vec<Expr>),
     Rule(Expr),
+    /// Pairs of nodes, from 0, and their distances.
+    Edges(Vec<Edge>),
+    /// One distance for all edges of a graph.
+    Graph(Graph, Expr),
+}
+
+#[derive(Clone, Debug)]
+pub struct Edge {
+    pub nodes: (usize, usize),
+    pub distance: Expr,
+    pub span: Span,
+}
+
+impl Slots {
+    /// Whether neighbours keep distances, and nobody has a place.
+    pub fn are_distances(&self) -> bool {
+        matches!(self, Slots::Edges(_) | Slots::Graph(..))
+    }
 }
 
 /// Something called with its arguments, defaults filled in, in the order of the parameters.
@@ -218,17 +279,30 @@ pub struct World {
     pub groups: Vec<Group>,
     pub formations: Vec<Formation>,
     pub require: Vec<Expr>,
+    pub shared: Option<Shared>,
     pub observe: Vec<Observation>,
     pub reward: Vec<Term>,
     pub ends: Vec<End>,
 }
 
+/// One policy for each member of a group; the variables stand for the member.
 #[derive(Clone, Debug)]
+pub struct Shared {
+    pub group: GroupId,
+    pub var: (VarId, String),
+    pub rewarded: Option<(VarId, String)>,
+}
+
+#[derive(Clone, Debug, Default)]
 pub struct Group {
     pub name: String,
     /// 0 if a problem was reported.
     pub size: usize,
+    /// Whether these are obstacles; then `body` is their outline.
+    pub obstacle: bool,
+    pub stops: Vec<GroupId>,
     pub body: Option<Extern>,
+    pub radius: Option<Expr>,
     pub arena: Option<Expr>,
     pub speed: Option<Expr>,
     pub control: Option<Control>,
@@ -246,6 +320,7 @@ impl Group {
 
 #[derive(Clone, Debug)]
 pub enum Control {
+    Still,
     Learned,
     Motion(Called<Motion>),
 }
@@ -255,9 +330,12 @@ pub struct Formation {
     pub name: String,
     pub group: GroupId,
     /// Of one agent.
-    pub about: GroupId,
+    pub about: Option<GroupId>,
     /// `None` if a problem was reported.
     pub shape: Option<Called<Shape>>,
+    pub frame: Frame,
+    /// Who is a neighbour of whom, where places are given.
+    pub graph: Graph,
     pub span: Span,
 }
 
@@ -266,6 +344,8 @@ pub struct Observation {
     pub text: String,
     pub value: Expr,
     pub over: Option<Over>,
+    pub noise: Option<Expr>,
+    pub delay: Option<Expr>,
     pub span: Span,
 }
 
@@ -281,6 +361,7 @@ pub struct Term {
 pub struct End {
     pub name: String,
     pub when: Expr,
+    pub failure: bool,
     pub cost: Option<Expr>,
     pub span: Span,
 }
@@ -320,11 +401,21 @@ pub struct Claim {
     pub span: Span,
 }
 
+/// A recorded path.
+#[derive(Clone, Debug)]
+pub struct Track {
+    pub name: String,
+    /// Seconds and metres.
+    pub points: Arc<crate::recording::Points>,
+    pub span: Span,
+}
+
 #[derive(Clone, Debug, Default)]
 pub struct Hir {
     pub name: String,
     pub doc: String,
     pub params: Vec<Param>,
+    pub tracks: Vec<Track>,
     pub world: World,
     /// Of all reward terms and costs.
     pub reward_dim: Dim,
@@ -335,6 +426,54 @@ pub struct Hir {
     pub protocols: Vec<Protocol>,
     pub claims: Vec<Claim>,
     pub bounds: Vec<Bound>,
+}
+
+impl World {
+    /// The first agent of a group.
+    pub fn first_of(&self, group: GroupId) -> usize {
+        self.groups.iter().take(group).map(|group| group.size).sum()
+    }
+
+    /// The graph of a formation.
+    pub fn graph<'w>(&'w self, formation: &'w Formation) -> std::borrow::Cow<'w, Graph> {
+        use std::borrow::Cow;
+        match formation.shape.as_ref().map(|shape| &shape.what.slots) {
+            Some(Slots::Edges(edges)) => Cow::Owned(Graph::Edges(edges.iter().map(|e| e.nodes).collect())),
+            Some(Slots::Graph(graph, _)) => Cow::Borrowed(graph),
+            _ => Cow::Borrowed(&formation.graph),
+        }
+    }
+
+    /// How many nodes a formation has: the agent it is about, and its members.
+    pub fn nodes(&self, formation: &Formation) -> usize {
+        let members = self.groups.get(formation.group).map_or(0, |group| group.size);
+        members + usize::from(formation.about.is_some())
+    }
+
+    /// Whether two agents are neighbours in a formation.
+    pub fn edge(&self, formation: FormationId, a: usize, b: usize) -> bool {
+        let Some(formation) = self.formations.get(formation) else { return false };
+        let about = formation.about.map(|about| self.first_of(about));
+        let first = self.first_of(formation.group);
+        let node = |agent: usize| match about {
+            Some(about) if about == agent => Some(0),
+            _ => agent.checked_sub(first).map(|member| member + usize::from(about.is_some())),
+        };
+        let (Some(a), Some(b)) = (node(a), node(b)) else { return false };
+        self.graph(formation).iter(self.nodes(formation)).any(|edge| edge == (a, b) || edge == (b, a))
+    }
+}
+
+impl Set {
+    /// The expressions that it depends on.
+    pub fn exprs(&self) -> Vec<&Expr> {
+        match self {
+            Set::All | Set::Obstacles | Set::Group(_) | Set::Argument(_) => Vec::new(),
+            Set::Members(of) | Set::Edges(of) => vec![of],
+            Set::Pairs(of) => of.exprs(),
+            Set::Nearest { count, to, among } => [&**count, &**to].into_iter().chain(among.exprs()).collect(),
+        }
+    }
 }
 
 impl Type {
@@ -368,11 +507,18 @@ impl Expr {
         match &self.kind {
             Kind::Let(value) => vec![value],
             Kind::Vector(a, b) | Kind::Range(a, b) | Kind::Area(a, b) | Kind::Binary(_, a, b) => vec![a, b],
-            Kind::Part(_, a) | Kind::Unary(_, a) | Kind::Agent(_, a) | Kind::Slot(_, a) => vec![a],
+            Kind::Part(_, a) | Kind::Unary(_, a) | Kind::Agent(_, a) => vec![a],
+            Kind::MemberNumber(a) | Kind::Size(a) | Kind::Duration(a) => vec![a],
+            Kind::Slot(a, b) | Kind::Element(a, b) | Kind::OnTrack(a, b) => vec![a, b],
+            Kind::Clearance(pair) | Kind::Same(pair) => pair.iter().collect(),
+            Kind::Rest(of, pair) => std::iter::once(&**of).chain(pair.iter()).collect(),
             Kind::List(all) | Kind::BuiltIn(_, all) | Kind::Draw(_, all) => all.iter().collect(),
             Kind::Call(function, args) => std::iter::once(&function.body).chain(args).collect(),
             Kind::If { condition, then, otherwise } => vec![condition, then, otherwise],
-            Kind::Reduce { over, body, .. } => over.filter.as_deref().into_iter().chain([&**body]).collect(),
+            Kind::Reduce { over, body, .. } => {
+                over.set.exprs().into_iter().chain(over.filter.as_deref()).chain([&**body]).collect()
+            }
+            Kind::Group(set) => set.exprs(),
             _ => Vec::new(),
         }
     }

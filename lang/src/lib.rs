@@ -23,6 +23,7 @@ pub mod parse;
 pub mod plan;
 pub mod print;
 pub mod problem;
+pub mod recording;
 pub mod render;
 pub mod resolve;
 pub mod source;

@@ -5,16 +5,20 @@ use std::collections::BTreeMap;
 
 use crate::ast::Span;
 use crate::case::Case;
+use crate::check::obstacles::solid;
 use crate::check::units::Units;
 use crate::check::value::{not_constant, too_large};
 use crate::hir::{self, Hir, Output, Type};
 use crate::inline::{Inliner, Refusal, Value};
 use crate::plan::{
-    Claim, Constraint, Control, Each, End, Expr, Extern, Formation, Frame, Graph, Group, Method, Motion,
-    MotionOutput, MotionState, Observation, Param, Plan, Protocol, Slots, Term, World,
+    Binder, Claim, Constraint, Control, Each, End, Expr, Extern, Formation, Group, GroupId, Method, Motion,
+    MotionOutput, MotionState, Observation, Param, Plan, Protocol, Shared, Slots, Term, Track, VarId, World,
 };
 use crate::problem::{Code, Problem, Problems};
 use crate::source::Sources;
+
+/// The variable that stands for a member of a shared policy: the first of each expression.
+const SHARED: VarId = 0;
 
 /// Seeds of a study that says nothing else.
 const SEEDS: usize = 10;
@@ -61,11 +65,16 @@ pub fn lower(hir: &Hir, units: &Units, sources: &Sources, problems: &mut Problem
         seeds,
         protocols,
         claims,
-        tracks: Vec::new(),
+        tracks: hir.tracks.iter().map(|track| lowered(track, sources)).collect(),
         stages: Vec::new(),
         variants: Vec::new(),
         tests: Vec::new(),
     })
+}
+
+fn lowered(track: &hir::Track, sources: &Sources) -> Track {
+    let (t_s, p_m) = track.points.iter().copied().unzip();
+    Track { name: track.name.clone(), t_s, p_m, at: sources.place(track.span) }
 }
 
 struct Lower<'a> {
@@ -88,6 +97,21 @@ impl<'a> Lower<'a> {
                     .with(at, "in what this stands for")
                     .help("pass members of the formation's group only")
             }
+            Err(Refusal::NoNeighbours(pair)) => {
+                Problem::error(&UNKNOWN_MEMBER, "these two may be no neighbours in the formation")
+                    .at(pair, "the distance of neighbours is asked for")
+                    .with(at, "in what this stands for")
+                    .help("run over the edges: `sum(i, j in edges(T)) … T[i, j] …`")
+            }
+            Err(Refusal::NoPlaces(place)) => {
+                Problem::error(&UNKNOWN_MEMBER, "this formation gives distances, not places")
+                    .at(place, "a place is asked for")
+                    .with(at, "in what this stands for")
+                    .help("the distance of neighbours is `T[i, j]`, for `i, j in edges(T)`")
+            }
+            Err(Refusal::WrongSet(set)) => Problem::error(&UNKNOWN_MEMBER, "this set has no fixed size")
+                .at(set, "")
+                .with(at, "in what this stands for"),
             Err(Refusal::Poison) => not_constant(at, "this"),
         };
         self.problems.push(problem);
@@ -142,10 +166,19 @@ impl<'a> Lower<'a> {
             dt_s: self.number(world.dt.as_ref()?)?,
             horizon: self.number(world.horizon.as_ref()?)? as usize,
             safety_m: self.number(world.safety.as_ref()?)?,
-            groups: world.groups.iter().map(|group| self.group(group)).collect::<Option<_>>()?,
+            groups: world
+                .groups
+                .iter()
+                .enumerate()
+                .map(|(id, group)| self.group(id, group))
+                .collect::<Option<_>>()?,
             formations: world.formations.iter().map(|f| self.formation(f)).collect::<Option<_>>()?,
             randomise: Vec::new(),
-            shared: None,
+            shared: world.shared.as_ref().map(|shared| Shared {
+                group: shared.group,
+                var: Binder { id: SHARED, name: shared.var.1.clone() },
+                rewarded: shared.rewarded.as_ref().map(|(_, name)| Binder { id: SHARED, name: name.clone() }),
+            }),
             require: world.require.iter().map(|condition| self.expr(condition)).collect::<Option<_>>()?,
             observe: world.observe.iter().map(|o| self.observation(o)).collect::<Option<_>>()?,
             reward: world.reward.iter().map(|term| self.term(term)).collect::<Option<_>>()?,
@@ -153,15 +186,25 @@ impl<'a> Lower<'a> {
         })
     }
 
-    fn group(&mut self, group: &hir::Group) -> Option<Group> {
+    fn group(&mut self, id: GroupId, group: &hir::Group) -> Option<Group> {
         let arena = match &group.arena {
             Some(arena) => Some(self.constant(self.case.area(arena), arena.span)?),
             None => None,
         };
         let speed = group.speed.as_ref()?;
+        let outline = group.body.as_ref()?;
+        let (solid, body) = match group.obstacle {
+            true => {
+                let solid = solid(self.case, outline).and_then(Result::ok);
+                let point = Extern { name: "point".to_owned(), settings: BTreeMap::new() };
+                (Some(self.constant(solid, group.span)?), point)
+            }
+            false => (None, self.extern_(outline)?),
+        };
         let control = match group.control.as_ref()? {
+            hir::Control::Still => Control::Still,
             hir::Control::Learned => Control::Learned,
-            hir::Control::Motion(motion) => Control::Motion(self.motion(motion)?),
+            hir::Control::Motion(motion) => Control::Motion(self.motion(id, motion)?),
         };
         let positions = matches!(&control, Control::Motion(Motion { output: MotionOutput::Position(_), .. }));
         let start = match group.start.as_ref().filter(|_| !positions) {
@@ -171,10 +214,10 @@ impl<'a> Lower<'a> {
         Some(Group {
             name: group.name.clone(),
             size: group.size,
-            solid: None,
-            stops: Vec::new(),
-            radius_m: 0.0,
-            body: self.extern_(group.body.as_ref()?)?,
+            solid,
+            stops: group.stops.clone(),
+            radius_m: group.radius.as_ref().map_or(Some(0.0), |radius| self.number(radius))?,
+            body,
             arena,
             speed_mps: self.constant(self.case.range(speed), speed.span)?,
             control,
@@ -183,8 +226,8 @@ impl<'a> Lower<'a> {
         })
     }
 
-    fn motion(&mut self, call: &hir::Called<hir::Motion>) -> Option<Motion> {
-        let mut inliner = self.case.inliner();
+    fn motion(&mut self, group: GroupId, call: &hir::Called<hir::Motion>) -> Option<Motion> {
+        let mut inliner = self.case.inliner().moving(group);
         let args = inliner.all(&call.args, &[]);
         let args = self.told(args, call.span)?;
         let mut each = |expr: &hir::Expr| -> Option<Expr> {
@@ -213,24 +256,34 @@ impl<'a> Lower<'a> {
             let lowered = self.case.inliner().expr(expr, &args);
             self.told(lowered, shape.span)
         };
-        let slots = match &shape.what.slots {
-            hir::Slots::List(all) => Slots::List(all.iter().map(&mut slot).collect::<Option<_>>()?),
-            hir::Slots::Rule(rule) => Slots::Rule(slot(rule)?),
+        let frame = formation.frame;
+        let constraint = match &shape.what.slots {
+            hir::Slots::List(all) => {
+                let slots = Slots::List(all.iter().map(&mut slot).collect::<Option<_>>()?);
+                Constraint::Displacements { slots, frame }
+            }
+            hir::Slots::Rule(rule) => Constraint::Displacements { slots: Slots::Rule(slot(rule)?), frame },
+            hir::Slots::Edges(edges) => {
+                Constraint::Distances(edges.iter().map(|edge| slot(&edge.distance)).collect::<Option<_>>()?)
+            }
+            hir::Slots::Graph(_, distance) => Constraint::Distances(vec![slot(distance)?]),
         };
-        let before = self.case.world.groups.iter().take(formation.about);
         Some(Formation {
             name: formation.name.clone(),
             shape: shape.what.name.clone(),
             group: formation.group,
-            about: Some(before.map(|group| group.size).sum()),
-            constraint: Constraint::Displacements { slots, frame: Frame::Global },
-            graph: Graph::Star,
+            about: formation.about.map(|about| self.case.world.first_of(about)),
+            constraint,
+            graph: self.case.world.graph(formation).into_owned(),
             at: self.sources.place(formation.span),
         })
     }
 
     fn observation(&mut self, observation: &hir::Observation) -> Option<Observation> {
         let mut inliner = self.case.inliner();
+        if let Some(shared) = &self.case.world.shared {
+            inliner.bind(&shared.var, shared.group);
+        }
         let over = match &observation.over {
             Some(over) => {
                 let each = Self::each(&mut inliner, over);
@@ -239,27 +292,39 @@ impl<'a> Lower<'a> {
             None => None,
         };
         let value = inliner.expr(&observation.value, &[]);
+        let noise = match &observation.noise {
+            Some(noise) => Some(self.expr(noise)?),
+            None => None,
+        };
+        let delay = observation.delay.as_ref().map_or(Some(0.0), |delay| self.number(delay))? as usize;
         Some(Observation {
             text: observation.text.clone(),
             value: self.told(value, observation.value.span)?,
             vector: matches!(observation.value.type_, Type::Vector(_)),
             over,
-            noise: None,
-            delay: 0,
+            noise,
+            delay,
             at: self.sources.place(observation.span),
         })
     }
 
     fn each(inliner: &mut Inliner<'_>, over: &hir::Over) -> Result<Option<Each>, Refusal> {
-        let (vars, filter) = inliner.over(over, &[])?;
-        Ok(vars.into_iter().next().map(|var| Each { var, set: over.set.clone(), filter }))
+        let (vars, set, filter) = inliner.over(over, &[])?;
+        Ok(vars.into_iter().next().map(|var| Each { var, set, filter }))
     }
 
     fn term(&mut self, term: &hir::Term) -> Option<Term> {
+        let mut inliner = self.case.inliner();
+        if let Some(shared) = &self.case.world.shared
+            && let Some(var) = &shared.rewarded
+        {
+            inliner.bind(var, shared.group);
+        }
+        let value = inliner.expr(&term.value, &[]);
         Some(Term {
             name: term.name.clone(),
             doc: term.doc.clone(),
-            value: self.expr(&term.value)?,
+            value: self.told(value, term.value.span)?,
             dimension: self.units.name(&self.hir.reward_dim),
             at: self.sources.place(term.span),
         })
@@ -273,7 +338,7 @@ impl<'a> Lower<'a> {
         Some(End {
             name: end.name.clone(),
             when: self.expr(&end.when)?,
-            failure: true,
+            failure: end.failure,
             cost,
             at: self.sources.place(end.span),
         })

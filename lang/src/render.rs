@@ -181,6 +181,10 @@ impl Layout<'_> {
                 (Math::Row(vec![Math::Mark("−"), of]), Level::Product)
             }
             Expr::Unary(UnaryOp::Not, of) => {
+                if let Expr::Same(a, b) = **of {
+                    let row = vec![self.agent(a), Math::Infix("≠"), self.agent(b)];
+                    return (Math::Row(row), Level::Comparison);
+                }
                 let of = self.at_least(Level::Atom, of);
                 (Math::Row(vec![Math::Mark("¬"), of]), Level::Not)
             }

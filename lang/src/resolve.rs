@@ -1,10 +1,12 @@
 //! Loads the modules a scenario uses and finds out which names are seen where: `Ast → Program`.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::ast::{ExternKind, File, Item, Name, Span, Spanned};
 use crate::parse::parse;
 use crate::problem::{Code, Problem, Problems, did_you_mean};
+use crate::recording::{BAD_RECORDING, Points};
 use crate::source::{Loader, Sources};
 use crate::stdlib;
 
@@ -20,6 +22,8 @@ pub struct Program {
     pub main: usize,
     /// How many of the modules are seen without `use`.
     prelude: usize,
+    /// The recordings that could be read: seconds and metres.
+    pub recordings: BTreeMap<ItemId, Arc<Points>>,
 }
 
 #[derive(Debug)]
@@ -114,7 +118,23 @@ impl Space {
 }
 
 /// Words with a meaning of their own in expressions.
-pub const BUILT_IN: [&str; 8] = ["p", "v", "heading", "world", "t", "all", "pairs", "box"];
+pub const BUILT_IN: [&str; 15] = [
+    "p",
+    "v",
+    "heading",
+    "u",
+    "du",
+    "world",
+    "t",
+    "all",
+    "obstacles",
+    "pairs",
+    "edges",
+    "members",
+    "nearest",
+    "box",
+    "size",
+];
 
 /// The name that an item declares.
 pub fn declared(item: &Item) -> Option<(Space, &Name)> {
@@ -263,6 +283,13 @@ impl Resolver<'_> {
         let index = self.program.modules.len();
         for (number, item) in file.items.iter().enumerate() {
             self.placed_well(path.is_empty(), standard, item);
+            if let Item::Recording { file, .. } = &item.node
+                && path.is_empty()
+                && let Some(points) = self.recording(file)
+            {
+                let id = ItemId { module: index, item: number };
+                self.program.recordings.insert(id, Arc::new(points));
+            }
             if let Some((space, name)) = declared(&item.node) {
                 let id = ItemId { module: index, item: number };
                 self.declare(space, name, Entry { id, at: name.span, imported: false }, &mut names);
@@ -381,6 +408,32 @@ impl Resolver<'_> {
     }
 
     /// Modules declare things to be used; only a scenario says what happens.
+    fn recording(&mut self, file: &Spanned<String>) -> Option<Points> {
+        let path = &file.node;
+        let inside = |part: &str| !matches!(part, "" | "." | "..") && !part.contains(['\\', ':']);
+        let problem = if !path.split('/').all(inside) {
+            Problem::error(&BAD_RECORDING, format!("`{path}` does not lie beside the scenario"))
+                .at(file.span, "leads elsewhere")
+                .help("write a path below the scenario's folder, with `/` between folders")
+        } else {
+            match self.loader.load(path) {
+                Err(why) => {
+                    Problem::error(&BAD_RECORDING, "this recording cannot be read").at(file.span, why)
+                }
+                Ok(text) => {
+                    let added = self.sources.add(path, text);
+                    let text = &self.sources.file(added).text;
+                    match crate::recording::read(text, added) {
+                        Ok(points) => return Some(points),
+                        Err(problem) => problem.with(file.span, "recorded here"),
+                    }
+                }
+            }
+        };
+        self.problems.push(problem);
+        None
+    }
+
     fn placed_well(&mut self, main: bool, standard: bool, item: &Spanned<Item>) {
         let library = matches!(
             item.node,
@@ -404,7 +457,7 @@ impl Resolver<'_> {
                     .at(item.span, "`extern` has no implementation here")
                     .help(match item.node {
                         Item::Function(_) => "give it a body: `fn name(…) -> type = …`",
-                        _ => "algorithms, controllers and bodies are those of the standard library",
+                        _ => "algorithms, controllers, bodies and outlines are those of the standard library",
                     }),
             );
         } else if !main && !library && !provided {

@@ -15,7 +15,7 @@ use crate::resolve::Space;
 /// Agents of a group, at most.
 const LARGEST_GROUP: usize = 10_000;
 
-const SETTINGS: [&str; 5] = ["arena", "speed", "control", "motion", "start"];
+const SETTINGS: [&str; 6] = ["arena", "speed", "radius", "control", "motion", "start"];
 
 impl<'a> Checker<'a> {
     /// How many each group has, which everything else refers to.
@@ -26,7 +26,7 @@ impl<'a> Checker<'a> {
             self.few("formations", formations, super::declare::MOST, last);
         }
         for (id, item) in self.main_items() {
-            let Item::Agents(decl) = &item.node else { continue };
+            let (Item::Agents(decl) | Item::Obstacles(decl)) = &item.node else { continue };
             let size = match &decl.size {
                 None => Some(1),
                 Some(size) => {
@@ -68,7 +68,7 @@ impl<'a> Checker<'a> {
 
     /// Whether it learns, or would if it had no mistakes.
     fn group(&mut self, group: GroupId, decl: &'a AgentsDecl) -> bool {
-        let body = self.body(&decl.body);
+        let body = self.provided(Space::Body, &decl.body);
         let of = format!("`{}`", decl.name.node);
         let settings = self.settings(&of, &decl.settings, &SETTINGS);
         let arena = settings.get("arena").map(|setting| self.fixed(setting, &Type::Area));
@@ -77,13 +77,15 @@ impl<'a> Checker<'a> {
         if speed.is_none() {
             self.missing_in_group(decl, "speed", "speed = -0.7 m/s .. 0.7 m/s");
         }
-        for (value, what) in [(&arena, "an arena"), (&speed, "a speed limit")] {
+        let length = Type::Number(self.units.base("length"));
+        let radius = settings.get("radius").map(|setting| self.fixed(setting, &length));
+        for (value, what) in [(&arena, "an arena"), (&speed, "a speed limit"), (&radius, "a radius")] {
             if let Some(value) = value {
                 self.constant_setting(value, what);
             }
         }
         if let Some(place) = self.hir.world.groups.get_mut(group) {
-            (place.body, place.arena, place.speed) = (body, arena, speed);
+            (place.body, place.arena, place.speed, place.radius) = (body, arena, speed, radius);
         }
         let control =
             self.control(group, decl, settings.get("control").copied(), settings.get("motion").copied());
@@ -120,8 +122,9 @@ impl<'a> Checker<'a> {
         );
     }
 
-    fn body(&mut self, call: &'a Call) -> Option<Extern> {
-        let id = self.item_named(Space::Body, &call.name)?;
+    /// A body or an outline, with its settings.
+    pub fn provided(&mut self, space: Space, call: &'a Call) -> Option<Extern> {
+        let id = self.item_named(space, &call.name)?;
         let params = self.signature(id)?;
         let mut scope = Scope::of(self.program.main);
         let args = self.bind(&mut scope, call, call.name.span, &params, (&[], &mut Substitution::default()));
@@ -145,9 +148,11 @@ impl<'a> Checker<'a> {
             }
             Kind::List(all) => {
                 for entry in all {
-                    self.constant(entry, what);
+                    self.constant_setting(entry, what);
                 }
             }
+            Kind::Let(value) if matches!(value.type_, Type::List(_)) => self.constant_setting(value, what),
+            _ if matches!(value.type_, Type::Vector(_)) => self.constant_vector(value, what),
             _ if matches!(value.type_, Type::Number(_)) => {
                 self.constant(value, what);
             }
@@ -247,9 +252,13 @@ impl<'a> Checker<'a> {
 
     pub fn start(&mut self, group: GroupId, setting: &'a Assignment) -> Expr {
         let mut scope = self.member_scope(group);
-        let value = self.assigned(&mut scope, "start", setting.random, &setting.value);
+        let name = setting.path.last().map_or("start", |name| name.node.as_str());
+        let value = self.assigned(&mut scope, name, setting.random, &setting.value);
         let point = Type::Vector(self.units.base("length"));
-        self.fits(value, &point, &Wanted::by("`start`"), &[], &mut Default::default())
+        if matches!(&value.type_, Type::List(of) if **of == point) {
+            return self.places(group, value, setting);
+        }
+        self.fits(value, &point, &Wanted::by(format!("`{name}`")), &[], &mut Default::default())
     }
 }
 

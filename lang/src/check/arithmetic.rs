@@ -56,6 +56,15 @@ impl<'a> Checker<'a> {
                 Ok(type_) => self.combined(op, left, right, Some(type_), at),
                 Err(problem) => self.poison(at, *problem),
             },
+            BinaryOp::Equal | BinaryOp::NotEqual
+                if matches!((&left.type_, &right.type_), (Type::Agent(_), Type::Agent(_))) =>
+            {
+                let same = self.make(Kind::Same(Box::new([left, right])), Type::Truth, at);
+                match op {
+                    BinaryOp::Equal => same,
+                    _ => self.make(Kind::Unary(UnaryOp::Not, Box::new(same)), Type::Truth, at),
+                }
+            }
             _ => match self.alike(op, op_span, &left, &right) {
                 Ok(_) => self.combined(op, left, right, Some(Type::Truth), at),
                 Err(problem) => self.poison(at, *problem),

@@ -25,6 +25,8 @@ pub enum Action {
     /// A quantity of the agent that is the only argument.
     Quantity(Quantity),
     Draw(Draw),
+    /// An expression of its own, made of the arguments.
+    Of(fn(Vec<Expr>) -> Result<Kind, Vec<Expr>>),
     Body(Arc<hir::Function>),
     /// A problem was reported.
     Poison,
@@ -33,8 +35,11 @@ pub enum Action {
 impl<'a> Checker<'a> {
     pub fn call(&mut self, scope: &mut Scope, call: &'a Call, at: Span) -> Expr {
         let name = call.name.node.as_str();
-        if name == "box" {
-            return self.area(scope, call, at);
+        match name {
+            "box" => return self.area(scope, call, at),
+            "size" => return self.size(scope, call, at),
+            "pairs" | "edges" | "nearest" | "members" => return self.set_alone(name, at),
+            _ => {}
         }
         let Some(entry) = self.find(scope.module, Space::Value, name) else {
             let problem = self.unknown_function(scope, call);
@@ -77,6 +82,10 @@ impl<'a> Checker<'a> {
             Action::BuiltIn(built_in) => Kind::BuiltIn(*built_in, args),
             Action::Draw(draw) => Kind::Draw(*draw, args),
             Action::Body(body) => Kind::Call(body.clone(), args),
+            Action::Of(make) => match make(args) {
+                Ok(kind) => kind,
+                Err(_) => return Expr::poison(at),
+            },
             Action::Quantity(quantity) => match args.into_iter().next() {
                 Some(agent) => Kind::Agent(*quantity, Box::new(agent)),
                 None => return Expr::poison(at),
@@ -130,6 +139,36 @@ impl<'a> Checker<'a> {
             None => problem,
         };
         self.poison(at, problem)
+    }
+
+    /// `size(follower)`, `size(points)`
+    fn size(&mut self, scope: &mut Scope, call: &'a Call, at: Span) -> Expr {
+        let [argument] = call.args.as_slice() else {
+            let problem = Problem::error(&BAD_ARGUMENTS, "`size` takes one group or list");
+            return self.poison(at, problem.at(at, "").help("write for example `size(follower)`"));
+        };
+        let of = match self.group_value(scope, &argument.value) {
+            Some(group) => group,
+            None => self.expr(scope, &argument.value),
+        };
+        match &of.type_ {
+            Type::Poison => Expr::poison(at),
+            Type::Group | Type::List(_) => self.make(Kind::Size(Box::new(of)), Type::Number(Dim::none()), at),
+            other => {
+                let have = self.describe(other);
+                let problem = Problem::error(
+                    &super::fits::TYPE_MISMATCH,
+                    format!("`size` is taken of a group or a list, not of {have}"),
+                );
+                self.poison(at, problem.at(of.span, format!("this is {have}")))
+            }
+        }
+    }
+
+    fn set_alone(&mut self, name: &str, at: Span) -> Expr {
+        let problem = Problem::error(&super::expr::WRONG_KIND, format!("`{name}(…)` is a set, not a value"));
+        let text = self.sources.text(at).to_owned();
+        self.poison(at, problem.at(at, "").help(format!("run over it: `sum(… in {text}) …`")))
     }
 
     /// `box(low .. high, low .. high)`

@@ -167,7 +167,11 @@ impl<'a> Checker<'a> {
             let param = self.parameter(&mut outside, param);
             let inside =
                 if param.type_ == Type::Count { Type::Number(Dim::none()) } else { param.type_.clone() };
-            scope.add(&name.node, Kind::Argument(number), inside);
+            let kind = match inside {
+                Type::Group => Kind::Group(hir::Set::Argument(number)),
+                _ => Kind::Argument(number),
+            };
+            scope.add(&name.node, kind, inside);
             checked.push(param);
         }
         checked
@@ -184,7 +188,11 @@ impl<'a> Checker<'a> {
                     "agent" => Ok(Type::Agent(None)),
                     "point" => Ok(Type::Vector(self.units.base("length"))),
                     "area" => Ok(Type::Area),
-                    "list" => Ok(Type::List),
+                    "list" => Ok(Type::List(Box::new(Type::Number(Dim::none())))),
+                    "points" => Ok(Type::List(Box::new(Type::Vector(self.units.base("length"))))),
+                    "formation" => Ok(Type::Formation),
+                    "group" => Ok(Type::Group),
+                    "track" => Ok(Type::Track),
                     "count" => Ok(Type::Count),
                     _ => self.units.dim(dim, generics).map(Type::Number),
                 },
@@ -367,6 +375,21 @@ fn built_in(name: &str) -> Option<Action> {
         "rotate" => BuiltIn::Rotate,
         "unit_vector" => BuiltIn::Unit,
         "outside" => return Some(Action::Quantity(Quantity::Outside)),
+        "clearance" => {
+            return Some(Action::Of(|args| {
+                <[Expr; 2]>::try_from(args).map(|pair| Kind::Clearance(Box::new(pair)))
+            }));
+        }
+        "number" => {
+            return Some(Action::Of(|args| {
+                <[Expr; 1]>::try_from(args).map(|[of]| Kind::MemberNumber(Box::new(of)))
+            }));
+        }
+        "duration" => {
+            return Some(Action::Of(|args| {
+                <[Expr; 1]>::try_from(args).map(|[of]| Kind::Duration(Box::new(of)))
+            }));
+        }
         "uniform" => return Some(Action::Draw(Draw::Uniform)),
         "normal" => return Some(Action::Draw(Draw::Normal)),
         "unit_disc" => return Some(Action::Draw(Draw::UnitDisc)),

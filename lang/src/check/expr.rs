@@ -67,13 +67,25 @@ impl<'a> Checker<'a> {
     }
 
     fn list(&mut self, scope: &mut Scope, all: &'a [ExprAt], at: Span) -> Expr {
-        let why = Wanted::by("an entry of a list");
-        let all: Vec<Expr> =
-            all.iter().map(|entry| self.wanted(scope, entry, &Type::Number(Dim::none()), &why)).collect();
-        if all.iter().any(Expr::is_poison) {
+        let mut entries: Vec<Expr> = Vec::new();
+        for entry in all {
+            let value = self.expr(scope, entry);
+            let value = match entries.first() {
+                Some(first) => {
+                    let why = Wanted::like("each entry of a list", first.span);
+                    let type_ = first.type_.clone();
+                    self.fits(value, &type_, &why, &[], &mut Default::default())
+                }
+                None if matches!(value.type_, Type::Vector(_)) => value,
+                None => self.any_number(value, "an entry of a list"),
+            };
+            entries.push(value);
+        }
+        if entries.iter().any(Expr::is_poison) {
             return Expr::poison(at);
         }
-        self.make(Kind::List(all), Type::List, at)
+        let of = entries.first().map_or(Type::Poison, |first| first.type_.clone());
+        self.make(Kind::List(entries), Type::List(Box::new(of)), at)
     }
 
     fn range(&mut self, scope: &mut Scope, low: &'a ExprAt, high: &'a ExprAt, at: Span) -> Expr {
@@ -116,7 +128,13 @@ impl<'a> Checker<'a> {
                 }
                 None => Expr::poison(at),
             },
-            Item::Agents(_) => self.group_as_agent(entry.id, name, at),
+            Item::Agents(_) | Item::Obstacles(_) => self.group_as_agent(entry.id, name, at),
+            Item::Recording { .. } => {
+                let problem = Problem::error(&WRONG_KIND, format!("`{name}` is a recording"))
+                    .at(at, "at what time?")
+                    .help(format!("`{name}[t]` is the position at time t"));
+                self.poison(at, problem)
+            }
             Item::Function(function) => {
                 let example = if function.params.is_empty() { "" } else { "…" };
                 let problem = Problem::error(&WRONG_KIND, format!("`{name}` is a function"))
@@ -124,7 +142,7 @@ impl<'a> Checker<'a> {
                     .help(format!("write `{name}({example})`"));
                 self.poison(at, problem)
             }
-            Item::Formation { .. } => {
+            Item::Formation(_) => {
                 let problem = Problem::error(&WRONG_KIND, format!("`{name}` is a formation"))
                     .at(at, "of which member?")
                     .help(format!("`{name}[i]` is the place where member i belongs"));
@@ -265,6 +283,12 @@ fn built_in_alone(name: &str, at: Span) -> Problem {
         "p" => ("the positions of all agents", "`p[i]` is the position of agent i"),
         "v" => ("the velocities of all agents", "`v[i]` is the velocity of agent i"),
         "heading" => ("the headings of all agents", "`heading[i]` is the heading of agent i"),
+        "u" => ("the velocity commands of all agents", "`u[i]` is the command of agent i"),
+        "du" => ("the changes of all commands", "`du[i]` is by how much the command of agent i changed"),
+        "obstacles" => ("a set", "run over it: `sum(i in obstacles) …`"),
+        "edges" | "members" => ("a set of a formation", "run over it: `sum(i, j in edges(F)) …`"),
+        "nearest" => ("a set", "run over it: `sum(j in nearest(2, i, all)) …`"),
+        "size" => ("a function", "write `size(follower)`"),
         "world" => ("no value by itself", "it has `world.dt`, `world.safety` and `world.horizon`"),
         "all" | "pairs" => ("a set", "run over it: `sum(i in all) …`, `count(i, j in pairs(all)) …`"),
         _ => ("a function", "write `box(-1 m .. 1 m, -1 m .. 1 m)`"),

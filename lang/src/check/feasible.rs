@@ -34,6 +34,7 @@ impl Checker<'_> {
         let mut problems = Vec::new();
         problems.extend(self.hir.bounds.iter().filter_map(|bound| self.out_of_bounds(case, bound)));
         self.world_limits(case, &mut problems);
+        problems.extend(self.outlines(case));
         self.never_outside(case, &mut problems);
         for (number, group) in case.world.groups.iter().enumerate() {
             self.start_order(case, number, &mut problems);
@@ -188,6 +189,11 @@ impl Checker<'_> {
         if group.size == 0 {
             return;
         }
+        let members = case.world.nodes(formation);
+        if let Some(problem) = super::formations::unknown_node(shape, members, group.span) {
+            problems.push(problem);
+            return;
+        }
         if let Slots::List(slots) = &shape.what.slots
             && slots.len() != group.size
         {
@@ -206,7 +212,8 @@ impl Checker<'_> {
             return;
         }
         let (Some(slots), Some(safety)) = (case.slots(number), case.constants.safety_m) else { return };
-        let about = case.world.groups.get(formation.about).map_or("", |group| group.name.as_str());
+        let about = formation.about.and_then(|about| case.world.groups.get(about));
+        let about = about.map_or("", |group| group.name.as_str());
         let mut places: Vec<(String, (f64, f64))> = vec![(format!("`{about}`"), (0.0, 0.0))];
         places.extend(
             slots.into_iter().enumerate().map(|(k, slot)| (format!("`{}[{}]`", formation.name, k + 1), slot)),
@@ -261,6 +268,7 @@ impl Checker<'_> {
     fn shapes_that_fit(&self, group: &str, size: usize, places: usize) -> String {
         let fitting = self.seen.shapes.values().find(|(_, shape)| match &shape.slots {
             Slots::Rule(_) => true,
+            Slots::Edges(_) | Slots::Graph(..) => false,
             Slots::List(slots) => slots.len() == size,
         });
         let fitting =
@@ -282,7 +290,7 @@ fn empty_range(at: Span, what: &str) -> Problem {
         .help("write `low .. high`")
 }
 
-fn counted(number: usize, noun: &str) -> String {
+pub fn counted(number: usize, noun: &str) -> String {
     format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
 }
 

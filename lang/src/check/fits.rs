@@ -58,8 +58,19 @@ impl<'a> Checker<'a> {
         generics: &[String],
         solved: &mut Substitution,
     ) -> Expr {
-        if let Type::Word(words) = type_ {
-            return self.word(at, words, why);
+        match type_ {
+            Type::Word(words) => return self.word(at, words, why),
+            Type::Formation | Type::Track => {
+                if let Some(value) = self.item_value(scope, at) {
+                    return self.fits(value, type_, why, generics, solved);
+                }
+            }
+            Type::Group => {
+                if let Some(value) = self.group_value(scope, at) {
+                    return value;
+                }
+            }
+            _ => {}
         }
         let value = self.expr(scope, at);
         self.fits(value, type_, why, generics, solved)
@@ -118,6 +129,8 @@ impl<'a> Checker<'a> {
                 true
             }
             (Type::Agent(_), Type::Agent(None)) => true,
+            // An empty list is one of anything.
+            (Type::List(of), Type::List(_)) if **of == Type::Poison => true,
             (have, wanted) => have == wanted,
         };
         if agree {
@@ -165,9 +178,22 @@ impl<'a> Checker<'a> {
             }
             (Type::Number(_), Type::Vector(_)) => Some("a vector is written `(x, y)`".to_owned()),
             (_, Type::Area) => Some("an area is written `box(-1 m .. 1 m, -1 m .. 1 m)`".to_owned()),
-            (_, Type::List) => Some("a list is written `[400, 300]`".to_owned()),
+            (_, Type::List(of)) => Some(match **of {
+                Type::Vector(_) => "a list of points is written `[(0 m, 0 m), (1 m, 0 m)]`".to_owned(),
+                _ => "a list is written `[400, 300]`".to_owned(),
+            }),
+            (_, Type::Formation) => {
+                self.first_of("formation", self.hir.world.formations.iter().map(|f| &f.name))
+            }
+            (_, Type::Group) => self.first_of("group", self.hir.world.groups.iter().map(|g| &g.name)),
+            (_, Type::Track) => Some("a recording is declared by `recording walk = \"walk.csv\"`".to_owned()),
             _ => None,
         }
+    }
+
+    fn first_of<'n>(&self, what: &str, names: impl Iterator<Item = &'n String>) -> Option<String> {
+        let names: Vec<&str> = names.map(String::as_str).collect();
+        (!names.is_empty()).then(|| format!("the scenario has the {what}s {}", listed(names)))
     }
 
     /// What a type is, in words.
@@ -184,7 +210,15 @@ impl<'a> Checker<'a> {
             },
             Type::Area => "an area".to_owned(),
             Type::Range(dim) => format!("a range ({})", self.units.name(dim)),
-            Type::List => "a list of numbers".to_owned(),
+            Type::List(of) => match &**of {
+                Type::Vector(dim) if *dim == self.units.base("length") => "a list of points".to_owned(),
+                Type::Vector(_) => "a list of vectors".to_owned(),
+                Type::Number(dim) if !dim.is_none() => format!("a list ({})", self.units.name(dim)),
+                _ => "a list of numbers".to_owned(),
+            },
+            Type::Formation => "a formation".to_owned(),
+            Type::Group => "a group".to_owned(),
+            Type::Track => "a recording".to_owned(),
             Type::Word(words) => format!("one of {}", listed(words.iter().map(String::as_str))),
             Type::Poison => "unknown".to_owned(),
         }

@@ -7,6 +7,7 @@ use super::{Checker, Scope};
 use crate::ast::{self, Item, LetDecl, MotionDecl, ShapeDecl, ShapeSlots, Span, StateDecl};
 use crate::dim::Dim;
 use crate::hir::{Expr, Kind, Motion, Output, Parameter, Shape, Slots, State, Type};
+use crate::plan::Graph;
 use crate::problem::{Code, Problem};
 use crate::resolve::{DUPLICATE_NAME, ItemId};
 
@@ -21,6 +22,7 @@ impl<'a> Checker<'a> {
         }
         let mut scope = Scope::of(id.module);
         let params = self.parameters(&mut scope, &decl.params);
+        scope.add("self", Kind::Own, Type::Agent(None));
         let motion = Arc::new(self.motion_body(&mut scope, decl));
         self.seen.motions.insert(id, (params.clone().into(), motion.clone()));
         Some((params.into(), motion))
@@ -163,7 +165,13 @@ impl<'a> Checker<'a> {
                 scope.add(&count.node, Kind::SlotCount, Type::Number(Dim::none()));
                 Slots::Rule(self.wanted(scope, value, &point, &why))
             }
-            ShapeSlots::Edges(_) | ShapeSlots::Graph { .. } => Slots::List(Vec::new()),
+            ShapeSlots::Edges(edges) => Slots::Edges(self.edges(edges, scope, None).unwrap_or_default()),
+            ShapeSlots::Graph { graph, distance } => {
+                let length = Type::Number(self.units.base("length"));
+                let why = Wanted::by("the distance of neighbours");
+                let distance = self.wanted(scope, distance, &length, &why);
+                Slots::Graph(self.graph(graph).unwrap_or(Graph::Complete), distance)
+            }
         };
         Shape { name: decl.name.node.clone(), slots }
     }

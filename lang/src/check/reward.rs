@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::fits::Wanted;
+use super::scene::BAD_EACH;
 use super::settings::MISSING;
 use super::value::OUT_OF_RANGE;
 use super::{Checker, Scope};
@@ -24,14 +25,17 @@ struct Summand {
 impl<'a> Checker<'a> {
     pub fn reward(&mut self) {
         let found = self.only("reward", |item| match item {
-            Item::Reward { terms, .. } => Some(terms),
+            Item::Reward { each, terms } => Some((each.as_ref(), terms)),
             _ => None,
         });
+        let each = found.and_then(|((each, _), _)| each);
+        let member = each.and_then(|each| self.rewarded(each));
+        let found = found.map(|((_, terms), span)| (terms, span));
         let mut summands = Vec::new();
         match found {
             Some((terms, _)) if !terms.is_empty() => {
                 self.distinct(terms.iter().map(|term| &term.name), "reward term");
-                terms.iter().for_each(|term| summands.extend(self.term(term)));
+                terms.iter().for_each(|term| summands.extend(self.term(term, &member)));
             }
             other => {
                 let at = other.map_or_else(|| self.anywhere(), |(_, span)| span);
@@ -63,8 +67,36 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn term(&mut self, term: &'a ast::RewardTerm) -> Option<Summand> {
-        let value = self.expr(&mut Scope::of(self.program.main), &term.value);
+    /// `reward each i in follower`: the scope of its terms.
+    fn rewarded(&mut self, each: &'a ast::Over) -> Option<Scope> {
+        let (group, var) = self.each_member(each, "reward")?;
+        let scope = self.scope_of_member(group, &var);
+        let Some(shared) = &mut self.hir.world.shared else {
+            let observed = self.only("observe", |item| match item {
+                Item::Observe { each, items } => Some((each, items.first()?)),
+                _ => None,
+            });
+            let problem = Problem::error(&BAD_EACH, "rewards of members need policies of members")
+                .at(each.set.span, "each of these is rewarded for itself");
+            let problem = match observed {
+                Some(((None, first), _)) => problem.with(first.value.span, "one state for all"),
+                _ => problem,
+            };
+            self.report(problem.help("write `observe each …` as well, or sum over the members"));
+            return Some(scope);
+        };
+        if shared.group == group {
+            shared.rewarded = Some(var);
+            return Some(scope);
+        }
+        let problem = Problem::error(&BAD_EACH, "the states and the rewards are of different groups");
+        self.report(problem.at(each.set.span, "rewarded").help("name the same group after both `each`"));
+        Some(scope)
+    }
+
+    fn term(&mut self, term: &'a ast::RewardTerm, member: &Option<Scope>) -> Option<Summand> {
+        let mut scope = member.clone().unwrap_or_else(|| Scope::of(self.program.main));
+        let value = self.expr(&mut scope, &term.value);
         let value = self.any_number(value, &format!("the term `{}`", term.name.node));
         let name = term.name.node.clone();
         self.hir.world.reward.push(Term {
@@ -88,7 +120,14 @@ impl<'a> Checker<'a> {
         if let Some(cost) = &cost {
             self.not_negative(cost, &name);
         }
-        self.hir.world.ends.push(End { name: name.clone(), when, cost: cost.clone(), span: end.name.span });
+        let failure = !end.limit;
+        self.hir.world.ends.push(End {
+            name: name.clone(),
+            when,
+            failure,
+            cost: cost.clone(),
+            span: end.name.span,
+        });
         let value = cost?;
         let Type::Number(dim) = value.type_.clone() else { return None };
         Some(Summand { what: format!("the cost of `{name}`"), name, value, dim })

@@ -1,14 +1,12 @@
-//! The world, formations, `require` and `observe`.
+//! The world, `require` and `observe`.
 
 use super::fits::{TYPE_MISMATCH, Wanted};
 use super::settings::MISSING;
 use super::{Checker, Scope};
-use crate::ast::{self, Item, Span};
-use crate::dim::Substitution;
-use crate::hir::{Called, Expr, Formation, Kind, Observation, Type};
-use crate::plan::{GroupId, IndexSet};
-use crate::problem::Problem;
-use crate::resolve::{Space, listed};
+use crate::ast::{self, Assignment, Item, Span};
+use crate::hir::{Control, Expr, Kind, Observation, Set, Shared, Type};
+use crate::plan::{GroupId, VarId};
+use crate::problem::{Code, Problem};
 
 impl<'a> Checker<'a> {
     pub fn world(&mut self) {
@@ -45,80 +43,6 @@ impl<'a> Checker<'a> {
         self.constants.safety_m = world.safety.and_then(|safety| self.constant(&safety, "`safety`"));
     }
 
-    pub fn formations(&mut self) {
-        let mut shapes = Vec::new();
-        for (_, item) in self.main_items() {
-            let Item::Formation(decl) = &item.node else { continue };
-            let (Some(shape), Some(about)) = (&decl.shape, &decl.about) else { continue };
-            let (name, group) = (&decl.name, &decl.group);
-            let (group, about) = (self.group_of_name(group), self.leader_of_formation(about));
-            if let (Some(group), Some(about)) = (group, about)
-                && group == about
-            {
-                let problem = Problem::error(
-                    &super::expr::CIRCULAR,
-                    format!("`{}` is about its own member", name.node),
-                );
-                self.report(problem.at(item.span, "").help("a formation is about an agent of another group"));
-            }
-            let unknown = usize::MAX;
-            self.hir.world.formations.push(Formation {
-                name: name.node.clone(),
-                group: group.unwrap_or(unknown),
-                about: about.unwrap_or(unknown),
-                shape: None,
-                span: name.span,
-            });
-            shapes.push((shape, group));
-        }
-        for (number, (call, group)) in shapes.into_iter().enumerate() {
-            let Some(id) = self.item_named(Space::Shape, &call.name) else { continue };
-            let Some((params, what)) = self.shape(id) else { continue };
-            let mut scope = Scope::of(self.program.main);
-            let args =
-                self.bind(&mut scope, call, call.name.span, &params, (&[], &mut Substitution::default()));
-            let span = call.args.last().map_or(call.name.span, |last| call.name.span.to(last.value.span));
-            if let Some(formation) = self.hir.world.formations.get_mut(number)
-                && group.is_some()
-                && !args.iter().any(Expr::is_poison)
-            {
-                formation.shape = Some(Called { what, args, span });
-            }
-        }
-    }
-
-    fn group_of_name(&mut self, name: &ast::Name) -> Option<GroupId> {
-        let groups = || self.hir.world.groups.iter().map(|group| group.name.as_str());
-        if let Some(group) = groups().position(|group| group == name.node) {
-            return Some(group);
-        }
-        if self.program.is_unknown(self.program.main, Space::Value, &name.node) {
-            return None;
-        }
-        let problem =
-            Problem::error(&super::expr::UNKNOWN_NAME, format!("there is no group `{}`", name.node));
-        let help = match self.meant(&name.node, groups()) {
-            Some(meant) => format!("did you mean `{meant}`?"),
-            None => format!("`agent` and `agents` declare {}", listed(groups())),
-        };
-        self.report(problem.at(name.span, "").help(help));
-        None
-    }
-
-    fn leader_of_formation(&mut self, name: &ast::Name) -> Option<GroupId> {
-        let group = self.group_of_name(name)?;
-        let (size, span) = self.hir.world.groups.get(group).map(|group| (group.size, group.span))?;
-        if size > 1 {
-            let problem =
-                Problem::error(&super::sets::GROUP_AS_AGENT, format!("`{}` is {size} agents", name.node))
-                    .at(name.span, "a formation is about one agent")
-                    .with(span, format!("a group of {size}"));
-            self.report(problem.help("name a group of one, such as `agent leader : …` declares"));
-            return None;
-        }
-        Some(group)
-    }
-
     pub fn scene(&mut self) {
         let main = self.program.main;
         for (_, item) in self.main_items() {
@@ -129,14 +53,72 @@ impl<'a> Checker<'a> {
             }
         }
         let found = self.only("observe", |item| match item {
-            Item::Observe { items, .. } => Some(items),
+            Item::Observe { each, items } => Some((each.as_ref(), items)),
             _ => None,
         });
         match found {
-            Some((items, span)) if items.is_empty() => self.no_observation(span),
+            Some(((_, items), span)) if items.is_empty() => self.no_observation(span),
             None => self.no_observation(self.anywhere()),
-            Some((items, _)) => items.iter().for_each(|item| self.observation(item)),
+            Some(((each, items), _)) => {
+                self.hir.world.shared = each.and_then(|each| self.shared(each));
+                items.iter().for_each(|item| self.observation(item));
+            }
         }
+    }
+
+    /// `observe each i in follower`
+    fn shared(&mut self, each: &'a ast::Over) -> Option<Shared> {
+        let (group, var) = self.each_member(each, "observe")?;
+        let learned: Vec<GroupId> = self.learned_groups();
+        let name = |group: GroupId| self.hir.world.groups.get(group).map_or("", |group| group.name.as_str());
+        let span = |group: GroupId| self.hir.world.groups.get(group).map(|g| g.span).unwrap_or_default();
+        let problem = if !learned.contains(&group) && !learned.is_empty() {
+            Problem::error(&BAD_EACH, format!("`{}` does not learn", name(group)))
+                .at(each.set.span, "one policy for each of these")
+                .with(span(group), "moved by a motion")
+        } else if let Some(other) = learned.iter().find(|&&other| other != group) {
+            Problem::error(&BAD_EACH, format!("`{}` learns, too", name(*other)))
+                .at(each.set.span, format!("one policy for each of `{}`", name(group)))
+                .with(span(*other), "would have none")
+        } else {
+            return Some(Shared { group, var, rewarded: None });
+        };
+        self.report(problem.help("all agents that learn are in the one group after `each`"));
+        None
+    }
+
+    /// The group of `each i in group` and its variable.
+    pub fn each_member(&mut self, each: &'a ast::Over, what: &str) -> Option<(GroupId, (VarId, String))> {
+        let mut scope = Scope::of(self.program.main);
+        let over = self.over(&mut scope, each)?;
+        let var = over.vars.into_iter().next()?;
+        let span = each.filter.as_ref().map_or(each.set.span, |filter| filter.span);
+        match (over.set, &over.filter) {
+            (Set::Group(group), None) => Some((group, var)),
+            _ => {
+                let problem =
+                    Problem::error(&BAD_EACH, format!("`{what} each` is for the members of one group"));
+                self.report(
+                    problem.at(span, "").help(format!("write `{what} each i in` and the group's name")),
+                );
+                None
+            }
+        }
+    }
+
+    pub fn learned_groups(&self) -> Vec<GroupId> {
+        let groups = self.hir.world.groups.iter().enumerate();
+        groups
+            .filter(|(_, group)| matches!(group.control, Some(Control::Learned)))
+            .map(|(id, _)| id)
+            .collect()
+    }
+
+    /// A scope in which a variable stands for a member of a group.
+    pub fn scope_of_member(&self, group: GroupId, (id, name): &(VarId, String)) -> Scope {
+        let mut scope = Scope::of(self.program.main);
+        scope.add(name, Kind::Var(*id), Type::Agent(Some(group)));
+        scope
     }
 
     fn no_observation(&mut self, at: Span) {
@@ -145,10 +127,13 @@ impl<'a> Checker<'a> {
     }
 
     fn observation(&mut self, item: &'a ast::ObserveItem) {
-        let mut scope = Scope::of(self.program.main);
+        let mut scope = match &self.hir.world.shared {
+            Some(shared) => self.scope_of_member(shared.group, &shared.var),
+            None => Scope::of(self.program.main),
+        };
         let over = item.over.as_ref().map(|over| {
             let checked = self.over(&mut scope, over);
-            if let Some(crate::hir::Over { set: IndexSet::Pairs(_), .. }) = checked {
+            if let Some(crate::hir::Over { set: Set::Pairs(_) | Set::Edges(_), .. }) = checked {
                 let problem =
                     Problem::error(&super::sets::WRONG_VARIABLES, "`observe` runs over single agents");
                 self.report(problem.at(over.set.span, "pairs").help("write `for i in` a group or `all`"));
@@ -174,6 +159,40 @@ impl<'a> Checker<'a> {
         if over.as_ref().is_some_and(Option::is_none) {
             return;
         }
-        self.hir.world.observe.push(Observation { text, value, over: over.flatten(), span });
+        let (noise, delay) = self.sensor(&item.settings, &value);
+        let over = over.flatten();
+        self.hir.world.observe.push(Observation { text, value, over, noise, delay, span });
+    }
+
+    /// The noise or the delay of an observation.
+    pub fn sensor(&mut self, settings: &'a [Assignment], value: &Expr) -> (Option<Expr>, Option<Expr>) {
+        let found = self.settings("an observation", settings, &["noise", "delay"]);
+        let dim = match &value.type_ {
+            Type::Number(dim) | Type::Vector(dim) => Type::Number(dim.clone()),
+            _ => Type::Poison,
+        };
+        let noise = found.get("noise").map(|setting| {
+            self.undrawn(setting);
+            let mut scope = Scope::of(self.program.main);
+            let why = Wanted::like("the noise of an observation", value.span);
+            self.wanted(&mut scope, &setting.value, &dim, &why)
+        });
+        let steps = Type::Number(self.units.base("steps"));
+        let delay = found.get("delay").map(|setting| {
+            let delay = self.fixed(setting, &steps);
+            self.whole(&delay, "`delay`", 0.0);
+            delay
+        });
+        (noise, delay)
     }
 }
+
+pub const BAD_EACH: Code = Code {
+    name: "bad-each",
+    explain: "\
+`observe each i in follower` gives every follower a state of its own, and all share one policy. So the group is the one
+that learns, and `reward each` names the same group.
+
+    observe each i in follower { F[i] - p[i] }
+    reward each i in follower { gap = -|p[i] - F[i]| }      // or without `each`: a reward of the team",
+};

@@ -2,11 +2,10 @@
 
 use super::fits::Wanted;
 use super::{Checker, Scope};
-use crate::ast::{self, ExprAt, Item, Span, Spanned};
+use crate::ast::{self, Call, ExprAt, Item, Span, Spanned};
 use crate::dim::Dim;
-use crate::hir::{Expr, Kind, Over, Type};
-use crate::inline::group_of;
-use crate::plan::{FormationId, GroupId, IndexSet, Quantity, Reduction};
+use crate::hir::{Expr, Kind, Over, Set, Type};
+use crate::plan::{FormationId, GroupId, Quantity, Reduction};
 use crate::print::reduction;
 use crate::problem::{Code, Problem};
 use crate::resolve::{ItemId, Space, listed};
@@ -45,6 +44,8 @@ impl<'a> Checker<'a> {
             "p" => Some((Quantity::Position, Type::Vector(self.units.base("length")))),
             "v" => Some((Quantity::Velocity, Type::Vector(self.units.base("speed")))),
             "heading" => Some((Quantity::Heading, Type::Number(Dim::none()))),
+            "u" => Some((Quantity::Command, Type::Vector(self.units.base("speed")))),
+            "du" => Some((Quantity::CommandChange, Type::Vector(self.units.base("speed")))),
             _ => None,
         };
         if let Some((quantity, type_)) = quantity.filter(|_| scope.local(name).is_none()) {
@@ -54,22 +55,128 @@ impl<'a> Checker<'a> {
             }
             return self.make(Kind::Agent(quantity, Box::new(agent)), type_, at);
         }
-        let entry = self.find(scope.module, Space::Value, name).filter(|_| scope.local(name).is_none());
+        if let Some((_, type_)) = scope.local(name) {
+            return match type_ {
+                Type::Formation => self.place_or_distance(scope, of, name, index, at),
+                Type::List(_) => self.element(scope, of, index, at),
+                Type::Track => self.on_track(scope, of, index, at),
+                Type::Poison => Expr::poison(at),
+                _ => self.no_members(name, at),
+            };
+        }
+        let entry = self.find(scope.module, Space::Value, name);
         let item = entry.and_then(|entry| Some((entry, self.program.item(entry.id)?)));
         match item.map(|(entry, item)| (entry, &item.node)) {
-            Some((entry, Item::Formation { .. })) => self.slot(scope, entry.id, name, index, at),
-            Some((entry, Item::Agents(_))) => match self.ids.groups.get(&entry.id) {
+            Some((_, Item::Formation(_))) => self.place_or_distance(scope, of, name, index, at),
+            Some((_, Item::Recording { .. })) => self.on_track(scope, of, index, at),
+            Some((_, Item::Let(_))) => self.element(scope, of, index, at),
+            Some((entry, Item::Agents(_) | Item::Obstacles(_))) => match self.ids.groups.get(&entry.id) {
                 Some(&group) => self.member_of(scope, group, index, at),
                 None => Expr::poison(at),
             },
             // Unknown, which `expr` knows how to say or that it was said.
-            None if scope.local(name).is_none() => self.expr(scope, of),
-            _ => {
-                let problem = Problem::error(&BAD_INDEX, format!("`{name}` has no members"))
-                    .at(at, "")
-                    .help("`p[i]`, `v[i]`, `heading[i]`, a formation and a group are followed by `[…]`");
-                self.poison(at, problem)
+            None => self.expr(scope, of),
+            _ => self.no_members(name, at),
+        }
+    }
+
+    fn no_members(&mut self, name: &str, at: Span) -> Expr {
+        let problem = Problem::error(&BAD_INDEX, format!("`{name}` has no members"))
+            .at(at, "")
+            .help("`p[i]`, `v[i]`, `heading[i]`, a formation, a group and a list are followed by `[…]`");
+        self.poison(at, problem)
+    }
+
+    /// `corners[2]`: entries are numbered from 1.
+    fn element(&mut self, scope: &mut Scope, of: &'a ExprAt, index: &'a ExprAt, at: Span) -> Expr {
+        let list = self.expr(scope, of);
+        let why = Wanted::by("the number of an entry");
+        let number = self.wanted(scope, index, &Type::Number(Dim::none()), &why);
+        if list.is_poison() || number.is_poison() {
+            return Expr::poison(at);
+        }
+        let Type::List(type_) = list.type_.clone() else {
+            let text = self.sources.text(of.span).to_owned();
+            return self.no_members(&text, at);
+        };
+        if let (Kind::Number(k), Kind::Let(value)) = (&number.kind, &list.kind)
+            && let Kind::List(all) = &value.kind
+            && (*k < 1.0 || *k > all.len() as f64)
+        {
+            let problem = Problem::error(&INDEX_OUT_OF_RANGE, format!("the list has no entry {k}"))
+                .at(index.span, format!("there is no number {k}"))
+                .with(value.span, format!("{} entries", all.len()));
+            return self.poison(at, problem.help(format!("entries are numbered from 1 to {}", all.len())));
+        }
+        self.make(Kind::Element(Box::new(list), Box::new(number)), *type_, at)
+    }
+
+    /// `walk[t]`
+    fn on_track(&mut self, scope: &mut Scope, of: &'a ExprAt, index: &'a ExprAt, at: Span) -> Expr {
+        let time = Type::Number(self.units.base("time"));
+        let time = self.wanted(scope, index, &time, &Wanted::by("the time on a recording"));
+        let track = self.item_value(scope, of).unwrap_or_else(|| Expr::poison(at));
+        if track.is_poison() || time.is_poison() {
+            return Expr::poison(at);
+        }
+        let point = Type::Vector(self.units.base("length"));
+        self.make(Kind::OnTrack(Box::new(track), Box::new(time)), point, at)
+    }
+
+    /// The formation or the recording of a name; `None` if it names neither.
+    pub fn item_value(&mut self, scope: &mut Scope, at: &ExprAt) -> Option<Expr> {
+        let ast::Expr::Name(name) = &at.node else { return None };
+        if let Some((kind, type_)) = scope.local(name) {
+            return matches!(type_, Type::Formation | Type::Track).then(|| self.make(kind, type_, at.span));
+        }
+        let entry = self.find(scope.module, Space::Value, name)?;
+        if let Some(&id) = self.ids.formations.get(&entry.id) {
+            return Some(self.make(Kind::Formation(id), Type::Formation, at.span));
+        }
+        let &id = self.ids.tracks.get(&entry.id)?;
+        Some(self.make(Kind::Track(id), Type::Track, at.span))
+    }
+
+    /// The set that a name or call stands for, as a value; `None` if it is none.
+    pub fn group_value(&mut self, scope: &mut Scope, at: &'a ExprAt) -> Option<Expr> {
+        let is_set = match &at.node {
+            ast::Expr::Name(name) => {
+                matches!(name.as_str(), "all" | "obstacles")
+                    || matches!(scope.local(name), Some((Kind::Group(_), _)))
+                    || self.group_named(scope, at).is_some()
             }
+            ast::Expr::Call(call) => matches!(call.name.node.as_str(), "pairs" | "members"),
+            _ => false,
+        };
+        if !is_set {
+            return None;
+        }
+        Some(match self.set(scope, at) {
+            Some(set) => self.make(Kind::Group(set), Type::Group, at.span),
+            None => Expr::poison(at.span),
+        })
+    }
+
+    /// `F[i]` or `T[i, j]`
+    fn place_or_distance(
+        &mut self,
+        scope: &mut Scope,
+        of: &'a ExprAt,
+        name: &str,
+        index: &'a ExprAt,
+        at: Span,
+    ) -> Expr {
+        let Some(formation) = self.item_value(scope, of) else { return Expr::poison(at) };
+        match &index.node {
+            ast::Expr::Vector(a, b) => {
+                let (a, b) = (self.agent_of(scope, name, a, a.span), self.agent_of(scope, name, b, b.span));
+                if formation.is_poison() || a.is_poison() || b.is_poison() {
+                    return Expr::poison(at);
+                }
+                let length = Type::Number(self.units.base("length"));
+                self.make(Kind::Rest(Box::new(formation), Box::new([a, b])), length, at)
+            }
+            _ => self.slot(scope, formation, name, index, at),
         }
     }
 
@@ -128,9 +235,13 @@ impl<'a> Checker<'a> {
     }
 
     /// `F[i]`, also `F[2]`
-    fn slot(&mut self, scope: &mut Scope, id: ItemId, name: &str, index: &'a ExprAt, at: Span) -> Expr {
-        let Some(&formation) = self.ids.formations.get(&id) else { return Expr::poison(at) };
-        let Some(group) = self.hir.world.formations.get(formation).map(|formation| formation.group) else {
+    fn slot(&mut self, scope: &mut Scope, formation: Expr, name: &str, index: &'a ExprAt, at: Span) -> Expr {
+        // Of an argument it is not known yet which formation it is.
+        let Kind::Formation(id) = formation.kind else {
+            let agent = self.agent_of(scope, name, index, at);
+            return self.slot_of(formation, agent, at);
+        };
+        let Some(group) = self.hir.world.formations.get(id).map(|formation| formation.group) else {
             return Expr::poison(at);
         };
         if group == usize::MAX {
@@ -142,7 +253,7 @@ impl<'a> Checker<'a> {
         }
         let agent = self.agent_of(scope, name, index, at);
         // Of an argument it is not known yet whose member it is.
-        let known = !matches!(agent.kind, Kind::Argument(_));
+        let known = !matches!(agent.kind, Kind::Argument(_) | Kind::Own);
         if let Type::Agent(other) = agent.type_
             && other != Some(group)
             && known
@@ -158,7 +269,7 @@ impl<'a> Checker<'a> {
             };
             let problem = Problem::error(&FOREIGN_SLOT, message)
                 .at(index.span, label)
-                .with(self.formation_span(formation), format!("a formation of `{own}`"))
+                .with(self.formation_span(id), format!("a formation of `{own}`"))
                 .help(format!("run over its members: `i in {own}`"));
             return self.poison(at, problem);
         }
@@ -169,12 +280,12 @@ impl<'a> Checker<'a> {
         self.hir.world.formations.get(formation).map(|formation| formation.span).unwrap_or_default()
     }
 
-    fn slot_of(&mut self, formation: FormationId, agent: Expr, at: Span) -> Expr {
-        if agent.is_poison() {
+    fn slot_of(&mut self, formation: Expr, agent: Expr, at: Span) -> Expr {
+        if agent.is_poison() || formation.is_poison() {
             return Expr::poison(at);
         }
         let type_ = Type::Vector(self.units.base("length"));
-        self.make(Kind::Slot(formation, Box::new(agent)), type_, at)
+        self.make(Kind::Slot(Box::new(formation), Box::new(agent)), type_, at)
     }
 
     /// `follower[2]`: members are numbered from 1.
@@ -236,7 +347,7 @@ impl<'a> Checker<'a> {
     /// `i in set if filter`. The variables stay in the scope; whoever calls takes them out.
     pub fn over(&mut self, scope: &mut Scope, over: &'a ast::Over) -> Option<Over> {
         let set = self.set(scope, &over.set);
-        let group = set.as_ref().and_then(group_of);
+        let group = set.as_ref().and_then(|set| self.group_of(set));
         let mut vars = Vec::new();
         for name in &over.vars {
             let id = self.next_var;
@@ -245,7 +356,7 @@ impl<'a> Checker<'a> {
             scope.add(&name.node, Kind::Var(id), type_);
             vars.push((id, name.node.clone()));
         }
-        let wanted = if matches!(set, Some(IndexSet::Pairs(_))) { 2 } else { 1 };
+        let wanted = if matches!(set, Some(Set::Pairs(_) | Set::Edges(_))) { 2 } else { 1 };
         if let (Some(_), [first, ..]) = (&set, over.vars.as_slice())
             && vars.len() != wanted
         {
@@ -254,6 +365,7 @@ impl<'a> Checker<'a> {
             let problem = Problem::error(
                 &WRONG_VARIABLES,
                 match wanted {
+                    2 if matches!(set, Some(Set::Edges(_))) => "an edge has two ends".to_owned(),
                     2 => "a pair has two members".to_owned(),
                     _ => format!("`{text}` gives one agent at a time"),
                 },
@@ -282,51 +394,147 @@ impl<'a> Checker<'a> {
         Some(Over { vars, set: set?, filter })
     }
 
-    fn set(&mut self, scope: &mut Scope, at: &'a ExprAt) -> Option<IndexSet> {
+    /// The group that all members of a set belong to, if that is known.
+    fn group_of(&self, set: &Set) -> Option<GroupId> {
+        match set {
+            Set::Group(group) => Some(*group),
+            Set::Pairs(of) => self.group_of(of),
+            Set::Nearest { among, .. } => self.group_of(among),
+            Set::Members(of) => match of.kind {
+                Kind::Formation(id) => self.hir.world.formations.get(id).map(|formation| formation.group),
+                _ => None,
+            },
+            Set::All | Set::Obstacles | Set::Argument(_) | Set::Edges(_) => None,
+        }
+    }
+
+    fn set(&mut self, scope: &mut Scope, at: &'a ExprAt) -> Option<Set> {
         match &at.node {
-            ast::Expr::Name(name) if name == "all" => return Some(IndexSet::All),
-            ast::Expr::Name(name) => {
-                if let Some(group) = self.group_named(scope, at) {
-                    return Some(IndexSet::Group(group));
-                }
-                let groups = || self.hir.world.groups.iter().map(|group| group.name.as_str());
-                if self.program.is_unknown(scope.module, Space::Value, name) {
-                    return None;
-                }
-                if self.program.find(scope.module, Space::Value, name).is_none()
-                    && scope.local(name).is_none()
-                {
-                    let problem =
-                        Problem::error(&UNKNOWN_SET, format!("there is no group `{name}`")).at(at.span, "");
-                    let help = match self.meant(name, groups().chain(["all"])) {
-                        Some(meant) => format!("did you mean `{meant}`?"),
-                        None => format!("sets are {}", listed(groups().chain(["all", "pairs(all)"]))),
-                    };
-                    self.report(problem.help(help));
-                    return None;
-                }
-            }
-            ast::Expr::Call(call) if call.name.node == "pairs" => {
-                if let [argument] = call.args.as_slice()
-                    && argument.name.is_none()
-                {
-                    let set = self.set(scope, &argument.value)?;
-                    if !matches!(set, IndexSet::Pairs(_)) {
-                        return Some(IndexSet::Pairs(Box::new(set)));
-                    }
-                }
-                let problem = Problem::error(&UNKNOWN_SET, "`pairs` is taken of one group").at(at.span, "");
-                self.report(problem.help("write `pairs(all)` or `pairs(follower)`"));
-                return None;
-            }
+            ast::Expr::Name(name) => return self.set_named(scope, name, at),
+            ast::Expr::Call(call) => match call.name.node.as_str() {
+                "pairs" => return self.pairs(scope, call, at.span),
+                "edges" | "members" => return self.of_formation(scope, call, at.span),
+                "nearest" => return self.nearest(scope, call, at.span),
+                _ => {}
+            },
             _ => {}
         }
+        self.no_set(at.span);
+        None
+    }
+
+    fn set_named(&mut self, scope: &mut Scope, name: &str, at: &'a ExprAt) -> Option<Set> {
+        match scope.local(name) {
+            Some((Kind::Group(set), _)) => return Some(set),
+            Some((_, Type::Poison)) => return None,
+            Some((_, Type::Formation)) => {
+                let problem =
+                    Problem::error(&UNKNOWN_SET, format!("`{name}` is a formation")).at(at.span, "");
+                self.report(problem.help(format!("run over `members({name})` or `edges({name})`")));
+                return None;
+            }
+            Some(_) => {
+                self.no_set(at.span);
+                return None;
+            }
+            None => {}
+        }
+        match name {
+            "all" => return Some(Set::All),
+            "obstacles" => return Some(Set::Obstacles),
+            _ => {}
+        }
+        if let Some(group) = self.group_named(scope, at) {
+            return Some(Set::Group(group));
+        }
+        if self.program.is_unknown(scope.module, Space::Value, name) {
+            return None;
+        }
+        if let Some(entry) = self.program.find(scope.module, Space::Value, name) {
+            match self.ids.formations.contains_key(&entry.id) {
+                true => {
+                    let problem =
+                        Problem::error(&UNKNOWN_SET, format!("`{name}` is a formation")).at(at.span, "");
+                    self.report(problem.help(format!("run over `members({name})` or `edges({name})`")));
+                }
+                false => self.no_set(at.span),
+            }
+            return None;
+        }
+        let groups = || self.hir.world.groups.iter().map(|group| group.name.as_str());
+        let problem = Problem::error(&UNKNOWN_SET, format!("there is no group `{name}`")).at(at.span, "");
+        let help = match self.meant(name, groups().chain(["all", "obstacles"])) {
+            Some(meant) => format!("did you mean `{meant}`?"),
+            None => format!("sets are {}", listed(groups().chain(["all", "pairs(all)"]))),
+        };
+        self.report(problem.help(help));
+        None
+    }
+
+    fn no_set(&mut self, at: Span) {
         let groups = self.hir.world.groups.iter().map(|group| group.name.as_str());
         let problem = Problem::error(&UNKNOWN_SET, "this is no set of agents")
-            .at(at.span, "")
+            .at(at, "")
             .help(format!("sets are {}", listed(groups.chain(["all", "pairs(all)"]))));
         self.report(problem);
+    }
+
+    fn pairs(&mut self, scope: &mut Scope, call: &'a Call, at: Span) -> Option<Set> {
+        if let [argument] = call.args.as_slice()
+            && argument.name.is_none()
+        {
+            let set = self.set(scope, &argument.value)?;
+            if !matches!(set, Set::Pairs(_) | Set::Edges(_) | Set::Nearest { .. }) {
+                return Some(Set::Pairs(Box::new(set)));
+            }
+        }
+        let problem = Problem::error(&UNKNOWN_SET, "`pairs` is taken of one group").at(at, "");
+        self.report(problem.help("write `pairs(all)` or `pairs(follower)`"));
         None
+    }
+
+    /// `edges(F)`, `members(F)`
+    fn of_formation(&mut self, scope: &mut Scope, call: &'a Call, at: Span) -> Option<Set> {
+        let name = &call.name.node;
+        let [argument] = call.args.as_slice() else {
+            let problem = Problem::error(&UNKNOWN_SET, format!("`{name}` is taken of one formation"));
+            self.report(problem.at(at, "").help(format!("write for example `{name}(F)`")));
+            return None;
+        };
+        let why = Wanted::by(format!("what `{name}` is taken of"));
+        let formation = self.wanted(scope, &argument.value, &Type::Formation, &why);
+        if formation.is_poison() {
+            return None;
+        }
+        Some(match name.as_str() {
+            "edges" => Set::Edges(Box::new(formation)),
+            _ => Set::Members(Box::new(formation)),
+        })
+    }
+
+    /// `nearest(2, i, follower)`
+    fn nearest(&mut self, scope: &mut Scope, call: &'a Call, at: Span) -> Option<Set> {
+        let [count, to, among] = call.args.as_slice() else {
+            let problem = Problem::error(&UNKNOWN_SET, "`nearest` takes a number, an agent and a set");
+            self.report(problem.at(at, "").help("write for example `nearest(2, i, follower)`"));
+            return None;
+        };
+        let why = Wanted::by("the number of the nearest");
+        let count = self.wanted(scope, &count.value, &Type::Count, &why);
+        let number = self.whole(&count, "the number of the nearest", 1.0);
+        let to = self.agent_of(scope, "nearest", &to.value, to.value.span);
+        let among = self.set(scope, &among.value)?;
+        if let Set::Pairs(_) | Set::Edges(_) | Set::Nearest { .. } = among {
+            let problem = Problem::error(&UNKNOWN_SET, "`nearest` chooses single agents");
+            self.report(problem.at(at, "").help("write for example `nearest(2, i, follower)`"));
+            return None;
+        }
+        if to.is_poison() {
+            return None;
+        }
+        let type_ = Type::Number(Dim::none());
+        let count = self.make(Kind::Number(number? as f64), type_, count.span);
+        Some(Set::Nearest { count: Box::new(count), to: Box::new(to), among: Box::new(among) })
     }
 }
 

@@ -38,7 +38,7 @@ impl Checker<'_> {
     /// What an expression comes to, without its parameters' values filled in.
     pub fn inlined(&mut self, expr: &Expr) -> Option<Value> {
         let nothing = BTreeMap::new();
-        match Inliner::new(&self.hir.world, &nothing, &self.spent).value(expr, &[]) {
+        match Inliner::new(&self.hir.world, &self.hir.tracks, &nothing, &self.spent).value(expr, &[]) {
             Ok(value) => Some(value),
             Err(Refusal::TooLarge) => {
                 self.report(too_large(expr.span));
@@ -59,6 +59,18 @@ impl Checker<'_> {
             self.report(not_constant(expr.span, what));
         }
         number
+    }
+
+    /// Reports a vector that is not constant.
+    pub fn constant_vector(&mut self, expr: &Expr, what: &str) {
+        if expr.is_poison() {
+            return;
+        }
+        let Some(Value::Expr(value)) = self.inlined(expr) else { return };
+        let known = self.constants.vector(&value).is_some_and(|(x, y)| x.is_finite() && y.is_finite());
+        if !known && !self.refers_to_unknown(expr) {
+            self.report(not_constant(expr.span, what));
+        }
     }
 
     /// The value of a whole number from `least`; reports if it is none.

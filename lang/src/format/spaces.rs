@@ -137,7 +137,7 @@ impl Walk<'_> {
                 this.hugs = true;
             }
             Kind::Symbol => this.hugs = prefix || matches!(text, "." | "^"),
-            Kind::Number => this.operand = true,
+            Kind::Number | Kind::Text => this.operand = true,
             Kind::Doc | Kind::Comment => {}
         }
         (self.last, self.before) = (before, this);

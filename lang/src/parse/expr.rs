@@ -172,9 +172,16 @@ pub(super) fn over(context: &Context, node: Node) -> Option<Over> {
 
 fn postfix(context: &Context, (operand, height): Tall, op: Node) -> Option<Tall> {
     let span = operand.span.to(context.span(&op));
-    let (rule, inner) = (op.as_rule(), Parts::of(op).next()?);
+    let (rule, mut parts) = (op.as_rule(), Parts::of(op));
+    let inner = parts.next()?;
     let (node, height) = if rule == Rule::index {
-        let (index, height_1) = tall(context, inner)?;
+        let (mut index, mut height_1) = tall(context, inner)?;
+        if let Some(second) = parts.next() {
+            let (second, height_2) = tall(context, second)?;
+            let span = index.span.to(second.span);
+            index = Spanned { node: Expr::Vector(Box::new(index), Box::new(second)), span };
+            height_1 = height_1.max(height_2) + 1;
+        }
         (Expr::Index(Box::new(operand), Box::new(index)), height.max(height_1))
     } else {
         (Expr::Member(Box::new(operand), name(context, inner)), height)

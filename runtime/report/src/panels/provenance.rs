@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use minijinja::context;
 use minijinja::value::Serde;
-use mpgx_lang::plan::Setting;
 use serde::Serialize;
 
 use super::{Content, Panel};
