@@ -88,30 +88,42 @@ struct Lower<'a> {
 impl<'a> Lower<'a> {
     /// Reports why something has no value.
     fn told<T>(&mut self, result: Result<T, Refusal>, at: Span) -> Option<T> {
+        let inside = |part: Span, problem: Problem| match part.file == at.file
+            && (at.start..at.end).contains(&part.start)
+        {
+            true => problem,
+            false => problem.with(at, "in what this stands for"),
+        };
+        let wrong = |part, message: &str, label, help: &str| {
+            inside(part, Problem::error(&UNKNOWN_MEMBER, message).at(part, label)).help(help)
+        };
         let problem = match result {
             Ok(value) => return Some(value),
             Err(Refusal::TooLarge) => too_large(at),
-            Err(Refusal::ForeignSlot(slot)) => {
-                Problem::error(&UNKNOWN_MEMBER, "the agent is not in the formation")
-                    .at(slot, "this place is asked of an agent that may have none")
-                    .with(at, "in what this stands for")
-                    .help("pass members of the formation's group only")
-            }
-            Err(Refusal::NoNeighbours(pair)) => {
-                Problem::error(&UNKNOWN_MEMBER, "these two may be no neighbours in the formation")
-                    .at(pair, "the distance of neighbours is asked for")
-                    .with(at, "in what this stands for")
-                    .help("run over the edges: `sum(i, j in edges(T)) … T[i, j] …`")
-            }
-            Err(Refusal::NoPlaces(place)) => {
-                Problem::error(&UNKNOWN_MEMBER, "this formation gives distances, not places")
-                    .at(place, "a place is asked for")
-                    .with(at, "in what this stands for")
-                    .help("the distance of neighbours is `T[i, j]`, for `i, j in edges(T)`")
-            }
-            Err(Refusal::WrongSet(set)) => Problem::error(&UNKNOWN_MEMBER, "this set has no fixed size")
-                .at(set, "")
-                .with(at, "in what this stands for"),
+            Err(Refusal::ForeignSlot(slot)) => wrong(
+                slot,
+                "the agent is not in the formation",
+                "this place is asked of an agent that may have none",
+                "pass members of the formation's group only",
+            ),
+            Err(Refusal::NoNeighbours(pair)) => wrong(
+                pair,
+                "these two may be no neighbours in the formation",
+                "the distance of neighbours is asked for",
+                "run over the edges: `sum(i, j in edges(T)) … T[i, j] …`",
+            ),
+            Err(Refusal::NoPlaces(place)) => wrong(
+                place,
+                "this formation gives distances, not places",
+                "a place is asked for",
+                "the distance of neighbours is `T[i, j]`, for `i, j in edges(T)`",
+            ),
+            Err(Refusal::WrongSet(set)) => wrong(
+                set,
+                "this set has no fixed size",
+                "",
+                "`size` is taken of a group, `all`, `obstacles` or `pairs(…)`",
+            ),
             Err(Refusal::Poison) => not_constant(at, "this"),
         };
         self.problems.push(problem);

@@ -144,8 +144,10 @@ fn functions() {
     ];
     let quantities = [Quantity::Position, Quantity::Velocity, Quantity::Heading, Quantity::Outside];
     let provided = FUNCTIONS.into_iter().filter_map(declared);
-    let provided =
-        provided.chain(distributions.iter().map(drawn)).chain(quantities.into_iter().filter_map(called));
+    // Expressions of their own.
+    let special = ["clearance", "duration", "number"];
+    let provided = provided.chain(distributions.iter().map(drawn)).chain(special);
+    let provided = provided.chain(quantities.into_iter().filter_map(called));
     let declared = items().into_iter().filter_map(|item| match item {
         Item::Function(FunctionDecl { body: None, name, .. }) => Some(name.node),
         _ => None,

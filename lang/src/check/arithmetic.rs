@@ -130,6 +130,15 @@ impl<'a> Checker<'a> {
             }
             (_, Type::Vector(_), Type::Number(_)) => problem.help(format!("`|{l}|` is the vector's length")),
             (_, Type::Number(_), Type::Vector(_)) => problem.help(format!("`|{r}|` is the vector's length")),
+            (_, Type::Agent(_), Type::Agent(_)) => {
+                problem.help(format!("two agents are the same or not: `{l} == {r}`, `{l} != {r}`"))
+            }
+            (_, Type::Agent(_), Type::Number(_)) => {
+                problem.help(format!("the number of an agent in its group is `number({l})`"))
+            }
+            (_, Type::Number(_), Type::Agent(_)) => {
+                problem.help(format!("the number of an agent in its group is `number({r})`"))
+            }
             (_, Type::Truth, Type::Number(_)) if done(op) == "compared" => {
                 let count = format!("`(count(…) {l}) {} {r}`", operator(op));
                 problem.help(format!("to compare how many there are, put the count in parentheses: {count}"))

@@ -329,7 +329,7 @@ impl<'a> Checker<'a> {
         if let Some(entry) = self.find(main, space, &name.node) {
             return self.program.item(entry.id).map(|_| entry.id);
         }
-        let noun = space.people().trim_start_matches("a ").to_owned();
+        let noun = space.people().trim_start_matches("an ").trim_start_matches("a ").to_owned();
         let problem =
             Problem::error(&super::expr::UNKNOWN_NAME, format!("there is no {noun} `{}`", name.node))
                 .at(name.span, "");

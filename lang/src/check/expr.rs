@@ -202,6 +202,11 @@ impl<'a> Checker<'a> {
             Some(meant) => problem.help(format!("did you mean `{meant}`?")),
             None => match crate::resolve::standard_home(name) {
                 Some(path) => problem.help(format!("the standard library has one: `use {path}.{name}`")),
+                None if name.len() == 1 => {
+                    let group = self.hir.world.groups.last().map_or("all", |group| group.name.as_str());
+                    problem.help(format!("an index runs over a set: `sum({name} in {group}) …`"))
+                }
+                None if name == "self" => problem.help("`self` is the agent that a `motion` moves"),
                 None => problem.help(format!("declare it, for example `param {name} = 1 m`")),
             },
         }

@@ -61,13 +61,13 @@ impl<'a> Checker<'a> {
         match type_ {
             Type::Word(words) => return self.word(at, words, why),
             Type::Formation | Type::Track => {
-                if let Some(value) = self.item_value(scope, at) {
+                if let Some(value) = self.item_value(scope, at).or_else(|| self.group_value(scope, at)) {
                     return self.fits(value, type_, why, generics, solved);
                 }
             }
             Type::Group => {
-                if let Some(value) = self.group_value(scope, at) {
-                    return value;
+                if let Some(value) = self.group_value(scope, at).or_else(|| self.item_value(scope, at)) {
+                    return self.fits(value, type_, why, generics, solved);
                 }
             }
             _ => {}
@@ -182,6 +182,7 @@ impl<'a> Checker<'a> {
                 Type::Vector(_) => "a list of points is written `[(0 m, 0 m), (1 m, 0 m)]`".to_owned(),
                 _ => "a list is written `[400, 300]`".to_owned(),
             }),
+            (Type::Formation, Type::Group) => Some(format!("its members are `members({text})`")),
             (_, Type::Formation) => {
                 self.first_of("formation", self.hir.world.formations.iter().map(|f| &f.name))
             }

@@ -69,8 +69,8 @@ impl<'a> Checker<'a> {
 
     /// `reward each i in follower`: the scope of its terms.
     fn rewarded(&mut self, each: &'a ast::Over) -> Option<Scope> {
-        let (group, var) = self.each_member(each, "reward")?;
-        let scope = self.scope_of_member(group, &var);
+        let (member, scope) = self.each_member(each, "reward");
+        let Some((group, var)) = member else { return Some(scope) };
         let Some(shared) = &mut self.hir.world.shared else {
             let observed = self.only("observe", |item| match item {
                 Item::Observe { each, items } => Some((each, items.first()?)),

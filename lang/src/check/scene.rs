@@ -8,6 +8,9 @@ use crate::hir::{Control, Expr, Kind, Observation, Set, Shared, Type};
 use crate::plan::{GroupId, VarId};
 use crate::problem::{Code, Problem};
 
+/// A group and the variable that stands for one of its members.
+pub type Member = (GroupId, (VarId, String));
+
 impl<'a> Checker<'a> {
     pub fn world(&mut self) {
         let found = self.only("world", |item| match item {
@@ -60,15 +63,20 @@ impl<'a> Checker<'a> {
             Some(((_, items), span)) if items.is_empty() => self.no_observation(span),
             None => self.no_observation(self.anywhere()),
             Some(((each, items), _)) => {
-                self.hir.world.shared = each.and_then(|each| self.shared(each));
-                items.iter().for_each(|item| self.observation(item));
+                let (shared, scope) = match each {
+                    Some(each) => self.shared(each),
+                    None => (None, Scope::of(self.program.main)),
+                };
+                self.hir.world.shared = shared;
+                items.iter().for_each(|item| self.observation(item, scope.clone()));
             }
         }
     }
 
-    /// `observe each i in follower`
-    fn shared(&mut self, each: &'a ast::Over) -> Option<Shared> {
-        let (group, var) = self.each_member(each, "observe")?;
+    /// `observe each i in follower`, and the scope of what each observes.
+    fn shared(&mut self, each: &'a ast::Over) -> (Option<Shared>, Scope) {
+        let (member, scope) = self.each_member(each, "observe");
+        let Some((group, var)) = member else { return (None, scope) };
         let learned: Vec<GroupId> = self.learned_groups();
         let name = |group: GroupId| self.hir.world.groups.get(group).map_or("", |group| group.name.as_str());
         let span = |group: GroupId| self.hir.world.groups.get(group).map(|g| g.span).unwrap_or_default();
@@ -81,29 +89,24 @@ impl<'a> Checker<'a> {
                 .at(each.set.span, format!("one policy for each of `{}`", name(group)))
                 .with(span(*other), "would have none")
         } else {
-            return Some(Shared { group, var, rewarded: None });
+            return (Some(Shared { group, var, rewarded: None }), scope);
         };
         self.report(problem.help("all agents that learn are in the one group after `each`"));
-        None
+        (None, scope)
     }
 
-    /// The group of `each i in group` and its variable.
-    pub fn each_member(&mut self, each: &'a ast::Over, what: &str) -> Option<(GroupId, (VarId, String))> {
+    /// The group of `each i in group` and its variable, and a scope in which it is known.
+    pub fn each_member(&mut self, each: &'a ast::Over, what: &str) -> (Option<Member>, Scope) {
         let mut scope = Scope::of(self.program.main);
-        let over = self.over(&mut scope, each)?;
-        let var = over.vars.into_iter().next()?;
-        let span = each.filter.as_ref().map_or(each.set.span, |filter| filter.span);
-        match (over.set, &over.filter) {
-            (Set::Group(group), None) => Some((group, var)),
-            _ => {
-                let problem =
-                    Problem::error(&BAD_EACH, format!("`{what} each` is for the members of one group"));
-                self.report(
-                    problem.at(span, "").help(format!("write `{what} each i in` and the group's name")),
-                );
-                None
-            }
+        let Some(over) = self.over(&mut scope, each) else { return (None, scope) };
+        let Some(var) = over.vars.into_iter().next() else { return (None, scope) };
+        if let (Set::Group(group), None) = (over.set, &over.filter) {
+            return (Some((group, var)), scope);
         }
+        let span = each.filter.as_ref().map_or(each.set.span, |filter| filter.span);
+        let problem = Problem::error(&BAD_EACH, format!("`{what} each` is for the members of one group"));
+        self.report(problem.at(span, "").help(format!("write `{what} each i in` and the group's name")));
+        (None, scope)
     }
 
     pub fn learned_groups(&self) -> Vec<GroupId> {
@@ -114,23 +117,12 @@ impl<'a> Checker<'a> {
             .collect()
     }
 
-    /// A scope in which a variable stands for a member of a group.
-    pub fn scope_of_member(&self, group: GroupId, (id, name): &(VarId, String)) -> Scope {
-        let mut scope = Scope::of(self.program.main);
-        scope.add(name, Kind::Var(*id), Type::Agent(Some(group)));
-        scope
-    }
-
     fn no_observation(&mut self, at: Span) {
         let problem = Problem::error(&MISSING, "the learner observes nothing").at(at, "");
         self.missing(problem.help("write for example `observe { p[leader] - p[follower] }`"));
     }
 
-    fn observation(&mut self, item: &'a ast::ObserveItem) {
-        let mut scope = match &self.hir.world.shared {
-            Some(shared) => self.scope_of_member(shared.group, &shared.var),
-            None => Scope::of(self.program.main),
-        };
+    fn observation(&mut self, item: &'a ast::ObserveItem, mut scope: Scope) {
         let over = item.over.as_ref().map(|over| {
             let checked = self.over(&mut scope, over);
             if let Some(crate::hir::Over { set: Set::Pairs(_) | Set::Edges(_), .. }) = checked {

@@ -130,7 +130,9 @@ fn hint(positives: &[Rule], before: &str, found: &str) -> Option<String> {
         "!" => "write `not`",
         "**" => "a power is written `x^2`",
         ";" => "entries are separated by commas or line ends",
-        "\"" | "'" | "“" | "”" => "there is no text in quotes; names stand as they are",
+        "\"" | "'" | "“" | "”" if !wanted(Rule::text) => {
+            "there is no text in quotes; names stand as they are"
+        }
         "−" | "–" | "—" => "write the minus as `-`",
         "×" | "·" | "⋅" => "write `*` to multiply",
         "÷" => "write `/` to divide",
@@ -144,10 +146,14 @@ fn hint(positives: &[Rule], before: &str, found: &str) -> Option<String> {
         "=" if wanted(Rule::kw_of) => "say whose formation it is: `formation F of follower = …`",
         ":" | "==" if wanted(Rule::becomes) || wanted(Rule::equals) => "a value is given with `=`",
         "{" if wanted(Rule::open_paren) => "without parameters, write `()` before it",
+        ":" if wanted(Rule::open_bracket) => {
+            return Some(format!("say how many there are: `{before}[3] : …`"));
+        }
+        "\"" if wanted(Rule::text) => "a text ends on its line: `\"walk.csv\"`",
+        _ if wanted(Rule::text) => "a text stands in quotes: `\"walk.csv\"`",
         "[" if wanted(Rule::colon) => {
             "several of a kind are declared with `agents`: `agents follower[3] : point`"
         }
-        ":" if wanted(Rule::open_bracket) => "say how many there are: `agents follower[3] : point`",
         _ if after_value && wanted(Rule::bar) => "a `|` before this is not closed",
         _ if wanted(Rule::kw_in) && wanted(Rule::comma) && !wanted(Rule::colon) => {
             "an index runs over a set: `i in follower`, or `i, j in pairs(all)`"
@@ -250,6 +256,12 @@ fn describe(rule: Rule) -> Option<String> {
         Rule::side => return Some("`<`, `>`".to_owned()),
         Rule::exponent | Rule::integer => return Some("a whole number".to_owned()),
         Rule::EOI => return None,
+        Rule::text => return Some("a text in quotes".to_owned()),
+        Rule::within_of => return Some("`±`".to_owned()),
+        Rule::place | Rule::turn | Rule::steer | Rule::step | Rule::check => {
+            return Some(format!("`{rule:?}`"));
+        }
+        Rule::minus => "-",
         Rule::extern_kind => return Some("`fn`, `dist`, `algorithm`, `controller` or `body`".to_owned()),
         Rule::type_ | Rule::dimensions | Rule::dimension_factor => return Some("a type".to_owned()),
         _ => {

@@ -151,10 +151,10 @@ fn random_leaders_use_their_limits_and_stay_in_their_arena() {
 }
 
 #[test]
-fn a_line_is_as_long_as_its_group() {
+fn a_column_is_as_long_as_its_group() {
     let text = SQUARE_UNISON
-        .replace("std.formation.square", "std.formation.line")
-        .replace("square(side)", "line(spacing = side)")
+        .replace("std.formation.square", "std.formation.column")
+        .replace("square(side)", "column(spacing = side)")
         .replace("follower[3]", "follower[5]");
     let task = &tasks(&plan(&text))[0];
     let episode = began(task, 0);
