@@ -83,8 +83,8 @@ fn differences_are_told_in_the_words_of_the_scenario() {
 - require: ∀i < j ∈ all : ‖p_i − p_j‖ > 2 ⋅ C
 + require: ∀i < j ∈ all : ‖p_i − p_j‖ > 3 ⋅ C
 ~ reward crash
-    - −k_c ⋅ #{i < j ∈ all : ‖p_i − p_j‖ < C}
-    + −2 ⋅ k_c ⋅ #{i < j ∈ all : ‖p_i − p_j‖ < C}
+    - −k_c ⋅ #{i < j ∈ all : d(i, j) < C}
+    + −2 ⋅ k_c ⋅ #{i < j ∈ all : d(i, j) < C}
 ~ seeds: 10 → 5
 "
     );
