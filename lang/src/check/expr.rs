@@ -202,6 +202,9 @@ impl<'a> Checker<'a> {
             Some(meant) => problem.help(format!("did you mean `{meant}`?")),
             None => match crate::resolve::standard_home(name) {
                 Some(path) => problem.help(format!("the standard library has one: `use {path}.{name}`")),
+                None if self.units.has_unit(name) => {
+                    problem.help(format!("`{name}` is a unit, and a unit follows a number: `1 {name}`"))
+                }
                 None if name.len() == 1 => {
                     let group = self.hir.world.groups.last().map_or("all", |group| group.name.as_str());
                     problem.help(format!("an index runs over a set: `sum({name} in {group}) …`"))

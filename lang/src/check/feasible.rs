@@ -190,7 +190,10 @@ impl Checker<'_> {
             return;
         }
         let members = case.world.nodes(formation);
-        if let Some(problem) = super::formations::unknown_node(shape, members, group.span) {
+        // Edges by name join agents that are there, though perhaps not all.
+        let by_name = shape.span == formation.span;
+        if let Some(problem) = super::formations::other_nodes(shape, members, group.span).filter(|_| !by_name)
+        {
             problems.push(problem);
             return;
         }

@@ -257,8 +257,8 @@ impl<'a> Checker<'a> {
     }
 }
 
-/// Whether the edges of a formation join nodes that it has.
-pub fn unknown_node(shape: &Called<Shape>, nodes: usize, members: Span) -> Option<Problem> {
+/// Tells if a shape joins more or fewer nodes than a formation has.
+pub fn other_nodes(shape: &Called<Shape>, nodes: usize, members: Span) -> Option<Problem> {
     let Slots::Edges(edges) = &shape.what.slots else { return None };
     let largest = edges.iter().map(|edge| edge.nodes.1 + 1).max()?;
     if largest == nodes {

@@ -111,6 +111,10 @@ impl Units {
         })
     }
 
+    pub fn has_unit(&self, name: &str) -> bool {
+        self.units.contains_key(name)
+    }
+
     /// SI value of one of a unit, and its dimension.
     pub fn unit(&self, unit: &UnitExpr) -> Result<(f64, Dim), Box<Problem>> {
         let (mut factor, mut dim) = (1.0, Dim::none());
