@@ -1,10 +1,30 @@
 //! Every kind of problem the compiler knows.
 
 use crate::problem::Code;
-use crate::{check, lower, parse, recording, resolve};
+use crate::{analyse, check, lower, parse, recording, resolve};
 
 /// All codes.
 pub const ALL: &[&Code] = &[
+    &analyse::formations::AMBIGUOUS_SHAPE,
+    &analyse::formations::MIRROR_IMAGE,
+    &analyse::formations::NOT_RIGID,
+    &analyse::formations::UNCONNECTED,
+    &analyse::formations::UNREALISABLE,
+    &analyse::influence::CONSTANT_OBSERVATION,
+    &analyse::influence::CONSTANT_TERM,
+    &analyse::influence::NOT_OBSERVED,
+    &analyse::influence::NOT_REWARDED,
+    &analyse::influence::NO_INFLUENCE,
+    &analyse::optimum::AVOIDANCE_WITHOUT_EFFECT,
+    &analyse::optimum::FLEEING_PAYS,
+    &analyse::space::LONG_STEP,
+    &analyse::space::NEVER_STARTS,
+    &analyse::space::PLACE_OUTSIDE,
+    &analyse::space::START_COLLISION,
+    &analyse::space::START_IN_OBSTACLE,
+    &analyse::space::TOO_SHORT,
+    &analyse::space::TOO_SLOW,
+    &analyse::unbounded::UNBOUNDED_REWARD,
     &check::UNUSED,
     &check::feasible::START_ORDER,
     &check::agents::UNUSED_START,

@@ -3,9 +3,10 @@
 //! No IO, no threads, no clock. One pass a module, each a verb that returns the noun it makes:
 //!
 //! ```text
-//! .scn text ──parse──▶ Ast ──resolve──▶ Program ──check──▶ Hir ──lower──▶ Plan
+//! .scn text ──parse──▶ Ast ──resolve──▶ Program ──check──▶ Hir ──lower──▶ Plan ──analyse──▶ Analysis
 //! ```
 
+pub mod analyse;
 pub mod ast;
 mod case;
 pub mod check;
@@ -49,6 +50,8 @@ pub struct Compilation {
     pub units: check::units::Units,
     /// `None` if there are errors.
     pub plan: Option<plan::Plan>,
+    /// Empty without a Plan.
+    pub analysis: analyse::Analysis,
 }
 
 /// Compiles a scenario. `name` is what problems call its file; `loader` finds the files it uses.
@@ -65,7 +68,12 @@ pub fn compile(name: &str, text: String, overrides: &[Override], loader: &dyn so
         true => None,
         false => lower::lower(&hir, &units, &sources, &mut problems),
     };
-    Compilation { sources, problems, hir, units, plan }
+    let analysis = match &plan {
+        Some(plan) => analyse::analyse(plan, &hir, &units, &mut problems),
+        None => analyse::Analysis::default(),
+    };
+    let plan = plan.filter(|_| !problems.has_errors());
+    Compilation { sources, problems, hir, units, plan, analysis }
 }
 
 /// Each override is read like a `param` of a file of its own, so that problems can show it.
