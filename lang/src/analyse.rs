@@ -5,7 +5,7 @@
 
 pub mod bounds;
 pub mod embedding;
-mod eval;
+pub mod eval;
 pub mod formations;
 pub mod influence;
 pub mod interval;
@@ -17,7 +17,7 @@ pub mod sizes;
 pub mod space;
 mod text;
 pub mod unbounded;
-mod value;
+pub mod value;
 
 use crate::ast::Span;
 use crate::check::units::Units;
@@ -51,7 +51,7 @@ pub struct Episodes {
 
 /// Finds out what can be known, and reports what looks wrong.
 pub fn analyse(plan: &Plan, hir: &Hir, units: &Units, problems: &mut Problems) -> Analysis {
-    let mut ground = Ground { plan, hir, problems };
+    let mut ground = Ground::new(plan, hir, problems);
     let training = Scene::new(plan, &plan.world, Mode::Training);
     formations::formations(&training, &mut ground);
     influence::influence(&training, &mut ground);
@@ -89,7 +89,11 @@ pub struct Ground<'a> {
     problems: &'a mut Problems,
 }
 
-impl Ground<'_> {
+impl<'a> Ground<'a> {
+    pub fn new(plan: &'a Plan, hir: &'a Hir, problems: &'a mut Problems) -> Self {
+        Ground { plan, hir, problems }
+    }
+
     fn term_name(&self, term: usize) -> &str {
         self.plan.world.reward.get(term).map_or("", |term| term.name.as_str())
     }

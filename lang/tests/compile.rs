@@ -102,10 +102,10 @@ fn protocols_have_a_world_only_where_it_differs() {
     };
     assert_eq!(evaluate("side = 0.4 m, world.dt = 100 ms").world, None, "as in training");
     let changed =
-        evaluate("side = 50 cm, world.horizon = 50 steps, episodes = 7, leader.speed = -1 m/s .. 1 m/s");
+        evaluate("side = 50 cm, world.horizon = 50 steps, episodes = 7, leader.speed = -0.6 m/s .. 0.6 m/s");
     assert_eq!(changed.episodes, 7);
     let world = changed.world.expect("another world");
-    assert_eq!((world.horizon, world.groups[0].speed_mps), (50, (-1.0, 1.0)));
+    assert_eq!((world.horizon, world.groups[0].speed_mps), (50, (-0.6, 0.6)));
     let Constraint::Displacements { slots: Slots::List(slots), .. } = &world.formations[0].constraint else {
         panic!("a list")
     };

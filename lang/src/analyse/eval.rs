@@ -302,9 +302,16 @@ impl<'s> Eval<'s> {
         match distribution {
             Distribution::Uniform { low, high } => {
                 let (low, high) = (self.value(low), self.value(high));
-                match low.hull(high) {
-                    Value::Vector(v) => Value::Vector(Plane::new(v.x.rounded(), v.y.rounded())),
-                    other => Value::Number(other.number().rounded()),
+                // low + (high − low) u, which can round beyond high.
+                let any = |low: Interval, high: Interval| {
+                    let all = low.hull(high);
+                    if low.constant() == Some(0.0) { all } else { all.rounded() }
+                };
+                match (low, high) {
+                    (Value::Vector(low), Value::Vector(high)) => {
+                        Value::Vector(Plane::new(any(low.x, high.x), any(low.y, high.y)))
+                    }
+                    _ => Value::Number(any(low.number(), high.number())),
                 }
             }
             Distribution::Normal { mean, deviation } => {

@@ -83,6 +83,22 @@ impl Interval {
         Interval::new(self.low.max(low), self.high.max(low))
     }
 
+    /// In equal pieces, one after the other: none holds the number that the next begins with.
+    pub fn pieces(self, count: usize) -> Vec<Interval> {
+        let cut = |k: usize| match k {
+            0 => self.low,
+            k => self.low + (self.high - self.low) * k as f64 / count as f64,
+        };
+        let piece = |k: usize| match k + 1 < count {
+            true => Interval::new(cut(k), cut(k + 1).next_down().max(cut(k))),
+            false => Interval::new(cut(k), self.high),
+        };
+        match self.is_finite() && self.low < self.high {
+            true => (0..count).map(piece).collect(),
+            false => vec![self],
+        }
+    }
+
     /// Wider by `by` on both sides.
     pub fn wider(self, by: f64) -> Interval {
         Interval::new(self.low - by, self.high + by)

@@ -50,6 +50,8 @@ pub struct Scene<'p> {
 const ROUNDS: usize = 3;
 /// Steps of a motion that are followed one by one, at most.
 const FOLLOWED: usize = 400;
+/// Pieces that the states of a motion are looked at in.
+const PIECES: usize = 64;
 /// Steps after which a motion has settled, if it goes round in a circle.
 const SETTLING: usize = 3;
 
@@ -144,7 +146,7 @@ impl<'p> Scene<'p> {
                 outside: outside(start, arena, pushed),
             },
             Control::Motion(Motion { output: MotionOutput::Position(output), .. }) => {
-                let motion = self.output(id, &group.control, output).vector();
+                let motion = self.output(id, &group.control, output);
                 let jump = (motion - motion).over(Interval::point(dt));
                 let velocity = jump.hull(Plane::ZERO);
                 let outside = outside(motion, arena, false);
@@ -158,7 +160,7 @@ impl<'p> Scene<'p> {
                 }
             }
             Control::Motion(Motion { output: MotionOutput::Velocity(output), .. }) => {
-                let asked = self.output(id, &group.control, output).vector();
+                let asked = self.output(id, &group.control, output);
                 let clip = |v: Interval| v.max(Interval::point(speed.low)).min(Interval::point(speed.high));
                 let asked = Plane::new(clip(asked.x), clip(asked.y));
                 let command = if group_is_plain(group) { asked } else { Plane::disc(way(group)) };
@@ -210,12 +212,27 @@ impl<'p> Scene<'p> {
         command.hull(Plane::ZERO) + Plane::disc(grown(push / self.world.dt_s) + slack)
     }
 
-    /// All that a motion can tell.
-    fn output(&self, id: GroupId, control: &Control, output: &Expr) -> Value {
-        let Control::Motion(motion) = control else { return Value::Number(Interval::ALL) };
-        let mut eval = self.of_member(id);
-        eval.states = self.states(id, motion);
-        eval.value(output)
+    /// All that a motion can tell: looked at piece by piece of its states, because what is computed from a state
+    /// in two ways is known better where the state is known better.
+    fn output(&self, id: GroupId, control: &Control, output: &Expr) -> Plane {
+        let Control::Motion(motion) = control else { return Plane::ALL };
+        let states = self.states(id, motion);
+        let pieces = match states.len() {
+            1 => PIECES,
+            2 => PIECES.isqrt(),
+            _ => 1,
+        };
+        let mut cases: Vec<Vec<Value>> = vec![Vec::new()];
+        for state in &states {
+            let parts = match state {
+                Value::Number(number) => number.pieces(pieces).into_iter().map(Value::Number).collect(),
+                other => vec![*other],
+            };
+            let with = |case: &Vec<Value>, part: Value| [case.as_slice(), &[part]].concat();
+            cases = cases.iter().flat_map(|case| parts.iter().map(|part| with(case, *part))).collect();
+        }
+        let each = cases.into_iter().map(|states| Eval { states, ..self.of_member(id) }.vector(output));
+        each.reduce(Plane::hull).unwrap_or(Plane::ALL)
     }
 
     /// All values of a motion's states: the starts, and whatever follows from values that are among them.

@@ -34,10 +34,12 @@ enum Emit {
     Latex,
     /// The whole Plan as RON
     Plan,
+    /// What rewards can be, what is seen and commanded, and how much work it is
+    Bounds,
 }
 
 pub fn run(args: Args) -> Result<Exit, Failure> {
-    let (plan, _) = scenario::plan(&args.scenario, &args.set)?;
+    let (plan, compilation) = scenario::plan(&args.scenario, &args.set)?;
     match args.emit {
         Emit::Text | Emit::Reward => print!("{}", reward(&plan)),
         Emit::Mathml => {
@@ -51,6 +53,7 @@ pub fn run(args: Args) -> Result<Exit, Failure> {
             }
         }
         Emit::Plan => println!("{}", plan.to_ron()),
+        Emit::Bounds => print!("{}", compilation.analysis.text()),
     }
     Ok(Exit::Done)
 }

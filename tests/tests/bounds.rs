@@ -1,0 +1,463 @@
+//! The compiler's bounds against sampling: whatever agents do, no term, reward, return or place is outside of them.
+//! `MPGX_STATES=10000000` looks at more states.
+#![allow(clippy::unwrap_used)]
+
+use mpgx_lang::analyse::bounds::{Bounds, bounds};
+use mpgx_lang::analyse::interval::Interval;
+use mpgx_lang::analyse::scene::{Mode, Scene};
+use mpgx_lang::plan::{
+    AgentRef, Area, BinaryOp, Binder, Constraint, Control, Distribution, End, Expr, Formation, Frame,
+    Function, Graph, Group, IndexSet, Motion, MotionOutput, MotionState, Param, Place, Plan, Quantity,
+    Reduction, Setting, Slots, Term, UnaryOp, World, WorldConstant,
+};
+use mpgx_random::{Address, Purpose, Stream};
+use mpgx_sim::{EpisodeKey, Task};
+use mpgx_tests::{compiled, golden, root, scenarios_in};
+
+fn stream(part: u16, step: u64) -> Stream {
+    let purpose = Purpose::Bootstrap;
+    Address { master: 3, purpose, protocol: 0, part, seed: 0, episode: 0, step }.stream()
+}
+
+fn states() -> usize {
+    std::env::var("MPGX_STATES").ok().and_then(|text| text.parse().ok()).unwrap_or(1_000_000)
+}
+
+/// Below `n`.
+fn pick(random: &mut Stream, n: usize) -> usize {
+    ((random.uniform() * n as f64) as usize).min(n - 1)
+}
+
+/// Runs episodes with random commands, and gives the number of states that were seen.
+fn sampled(plan: &Plan, world: &World, states: usize, random: &mut Stream) -> usize {
+    let mut seen = 0;
+    for (mode, kind) in
+        [(Mode::Training, mpgx_sim::Mode::Train), (Mode::Evaluation, mpgx_sim::Mode::Evaluate)]
+    {
+        let scene = Scene::new(plan, world, mode);
+        let bounds = bounds(&scene);
+        let task = Task::new(plan, world).unwrap_or_else(|error| panic!("{error}\n{}", plan.to_ron()));
+        let mut episode = task.episode();
+        let mut number = 0;
+        let enough = seen + states / 2;
+        while seen < enough {
+            let key = EpisodeKey { episode: number, ..EpisodeKey::default() };
+            number += 1;
+            if task.reset(&mut episode, key).is_err() {
+                break;
+            }
+            // Some run straight, some shake, some rest.
+            let (shake, bias) = (random.uniform(), random.uniform() * 6.0 - 3.0);
+            let mut total = 0.0;
+            loop {
+                let command = |random: &mut Stream| (bias + shake * random.normal()) as f32;
+                let action: Vec<f32> = (0..task.action_len()).map(|_| command(random)).collect();
+                let step = task.step(&mut episode, &action, kind);
+                seen += 1;
+                total += step.reward;
+                held(plan, &scene, &bounds, &episode, step.reward);
+                if step.fault.is_some() || total.is_nan() {
+                    break;
+                }
+                if step.last || (mode == Mode::Training && step.ended.is_some()) {
+                    assert!(bounds.total.contains(total), "return {total} not in {:?}", bounds.total);
+                    break;
+                }
+            }
+        }
+    }
+    seen
+}
+
+fn held(plan: &Plan, scene: &Scene, bounds: &Bounds, episode: &mpgx_sim::Episode, reward: f64) {
+    let inside = |what: &str, value: f64, bounds: Interval| {
+        assert!(
+            value.is_nan() || bounds.contains(value),
+            "{what} is {value}, not in {bounds:?}\n{}",
+            plan.to_ron()
+        );
+    };
+    for ((term, value), bounds) in scene.world.reward.iter().zip(episode.terms()).zip(&bounds.terms) {
+        inside(&term.name, *value, *bounds);
+    }
+    inside("the reward", reward, bounds.reward);
+    for agent in 0..scene.world.agents() {
+        let [x, y] = episode.position(agent);
+        let known = scene.groups[scene.group_of(agent).unwrap()].position;
+        inside("x", x, known.x);
+        inside("y", y, known.y);
+    }
+}
+
+#[test]
+fn no_state_of_a_scenario_is_outside_its_bounds() {
+    let mut files = scenarios_in(&root().join("scenarios"));
+    files.extend(scenarios_in(&golden::folder("plan")));
+    let plans: Vec<Plan> = files.iter().map(|path| compiled(path).plan.unwrap()).collect();
+    let mut random = stream(0, 0);
+    for plan in &plans {
+        let worlds: Vec<&World> = std::iter::once(&plan.world)
+            .chain(plan.protocols.iter().filter_map(|protocol| protocol.world.as_deref()))
+            .collect();
+        let share = states() / 4 / plans.len() / worlds.len();
+        for world in worlds {
+            sampled(plan, world, share, &mut random);
+        }
+    }
+}
+
+#[test]
+fn no_state_of_a_random_world_is_outside_its_bounds() {
+    let (wanted, each) = (states() * 3 / 4, 600);
+    let (mut seen, mut finite, mut terms) = (0, 0, 0);
+    for k in 0.. {
+        if seen >= wanted {
+            break;
+        }
+        let mut random = stream(1, k);
+        let plan = Generator { random: &mut random, vars: Vec::new(), next_var: 0 }.plan();
+        let scene = Scene::new(&plan, &plan.world, Mode::Training);
+        let known = bounds(&scene).terms;
+        terms += known.len();
+        finite += known.iter().filter(|bounds| bounds.is_finite()).count();
+        seen += sampled(&plan, &plan.world, each, &mut random).max(1);
+    }
+    assert!(2 * finite > terms, "bounds that are infinite prove nothing: {finite} of {terms}");
+}
+
+/// Makes worlds: a leader, two followers, and terms of all kinds.
+struct Generator<'r> {
+    random: &'r mut Stream,
+    vars: Vec<usize>,
+    next_var: usize,
+}
+
+fn boxed(expr: Expr) -> Box<Expr> {
+    Box::new(expr)
+}
+
+fn binary(op: BinaryOp, a: Expr, b: Expr) -> Expr {
+    Expr::Binary(op, boxed(a), boxed(b))
+}
+
+impl Generator<'_> {
+    fn pick(&mut self, n: usize) -> usize {
+        pick(self.random, n)
+    }
+
+    fn chance(&mut self) -> bool {
+        self.pick(2) == 0
+    }
+
+    fn constant(&mut self) -> f64 {
+        let values = [0.0, 1.0, -1.0, 0.5, 2.0];
+        match self.pick(7) {
+            k if k < 5 => values[k],
+            _ => self.random.normal() * 2.0,
+        }
+    }
+
+    fn agent(&mut self) -> AgentRef {
+        match self.pick(2) {
+            0 if !self.vars.is_empty() => AgentRef::Var(self.vars[self.vars.len() - 1]),
+            _ => AgentRef::Fixed(self.pick(3)),
+        }
+    }
+
+    fn number(&mut self, depth: usize) -> Expr {
+        if depth == 0 {
+            return match self.pick(6) {
+                0 => Expr::Time,
+                1 => Expr::Param(0),
+                2 => Expr::World(WorldConstant::Dt),
+                3 => Expr::Agent(Quantity::Heading, self.agent()),
+                4 => Expr::Call(Function::X, vec![self.vector(0)]),
+                _ => Expr::Number(self.constant()),
+            };
+        }
+        let deeper = depth - 1;
+        let at_least_a_bit =
+            |of: Expr| binary(BinaryOp::Add, Expr::Call(Function::Abs, vec![of]), Expr::Number(0.1));
+        match self.pick(19) {
+            0 => binary(BinaryOp::Add, self.number(deeper), self.number(deeper)),
+            1 => binary(BinaryOp::Sub, self.number(deeper), self.number(deeper)),
+            2 => binary(BinaryOp::Mul, self.number(deeper), self.number(deeper)),
+            3 => {
+                let by = at_least_a_bit(self.number(deeper));
+                binary(BinaryOp::Div, self.number(deeper), by)
+            }
+            4 => {
+                let exponents = [2.0, 3.0, 0.5, -1.0, 1.5, -2.0];
+                let exponent = exponents[self.pick(6)];
+                binary(BinaryOp::Pow, at_least_a_bit(self.number(deeper)), Expr::Number(exponent))
+            }
+            5 => Expr::Unary(UnaryOp::Neg, boxed(self.number(deeper))),
+            6 | 7 => Expr::Call(Function::Norm, vec![self.vector(deeper)]),
+            8 => {
+                let two = [Function::Min, Function::Max, Function::Atan2];
+                Expr::Call(two[self.pick(3)], vec![self.number(deeper), self.number(deeper)])
+            }
+            9 => Expr::Call(Function::Mod, vec![self.number(deeper), Expr::Number(0.7)]),
+            10 => {
+                Expr::Call(Function::Clamp, vec![self.number(deeper), Expr::Number(-1.0), Expr::Number(2.0)])
+            }
+            11 | 12 => {
+                let one = [
+                    Function::Sin,
+                    Function::Cos,
+                    Function::Tanh,
+                    Function::Floor,
+                    Function::Sign,
+                    Function::Abs,
+                ];
+                Expr::Call(one[self.pick(6)], vec![self.number(deeper)])
+            }
+            13 => Expr::Call(Function::Ln, vec![at_least_a_bit(self.number(deeper))]),
+            14 => Expr::Call(Function::Exp, vec![Expr::Call(Function::Tanh, vec![self.number(deeper)])]),
+            15 => {
+                let two = [Function::Dot, Function::Cross];
+                Expr::Call(two[self.pick(2)], vec![self.vector(deeper), self.vector(deeper)])
+            }
+            16 => Expr::If {
+                condition: boxed(self.truth(deeper)),
+                then: boxed(self.number(deeper)),
+                otherwise: boxed(self.number(deeper)),
+            },
+            _ => {
+                let ops = [Reduction::Sum, Reduction::Mean, Reduction::Count, Reduction::Min, Reduction::Max];
+                self.reduction(ops[self.pick(5)], deeper)
+            }
+        }
+    }
+
+    fn reduction(&mut self, op: Reduction, depth: usize) -> Expr {
+        if self.vars.len() > 2 {
+            return if matches!(op, Reduction::Any | Reduction::All) {
+                Expr::Truth(true)
+            } else {
+                Expr::Number(1.0)
+            };
+        }
+        let sets = [IndexSet::All, IndexSet::Group(1), IndexSet::Pairs(boxed_set(IndexSet::All))];
+        let over = sets[self.pick(3)].clone();
+        let binders = if matches!(over, IndexSet::Pairs(_)) { 2 } else { 1 };
+        let vars: Vec<usize> = (self.next_var..self.next_var + binders).collect();
+        self.next_var += binders;
+        self.vars.extend(&vars);
+        // The least of nothing is infinite, which makes no good sums.
+        let least = matches!(op, Reduction::Min | Reduction::Max);
+        let filter = if !least && self.pick(3) == 0 { Some(boxed(self.truth(depth.min(1)))) } else { None };
+        let truths = matches!(op, Reduction::Count | Reduction::Any | Reduction::All);
+        let body = boxed(if truths { self.truth(depth) } else { self.number(depth) });
+        self.vars.truncate(self.vars.len() - binders);
+        let vars = vars.into_iter().map(|id| Binder { id, name: "i".into() }).collect();
+        Expr::Reduce { op, vars, over, filter, body }
+    }
+
+    fn vector(&mut self, depth: usize) -> Expr {
+        if depth == 0 {
+            return match self.pick(5) {
+                0 => Expr::Agent(Quantity::Velocity, self.agent()),
+                1 => Expr::Slot(0, AgentRef::Fixed(1 + self.pick(2))),
+                _ => Expr::Agent(Quantity::Position, self.agent()),
+            };
+        }
+        let deeper = depth - 1;
+        match self.pick(9) {
+            0 => Expr::Vector(boxed(self.number(deeper)), boxed(self.number(deeper))),
+            1 => binary(BinaryOp::Add, self.vector(deeper), self.vector(deeper)),
+            2..=4 => binary(BinaryOp::Sub, self.vector(deeper), self.vector(deeper)),
+            5 => binary(BinaryOp::Mul, self.number(deeper), self.vector(deeper)),
+            6 => binary(BinaryOp::Div, self.vector(deeper), Expr::Number(-0.3)),
+            7 => Expr::Call(Function::Rotate, vec![self.vector(deeper), self.number(deeper)]),
+            _ => Expr::Call(Function::Unit, vec![self.vector(deeper)]),
+        }
+    }
+
+    fn truth(&mut self, depth: usize) -> Expr {
+        let comparisons = [BinaryOp::Less, BinaryOp::LessEq, BinaryOp::Greater, BinaryOp::GreaterEq];
+        if depth == 0 || self.chance() {
+            let op = comparisons[self.pick(4)];
+            return binary(op, self.number(depth.min(1)), self.number(depth.min(1)));
+        }
+        let deeper = depth - 1;
+        match self.pick(5) {
+            0 => binary(BinaryOp::And, self.truth(deeper), self.truth(deeper)),
+            1 => binary(BinaryOp::Or, self.truth(deeper), self.truth(deeper)),
+            2 => Expr::Unary(UnaryOp::Not, boxed(self.truth(deeper))),
+            3 => Expr::Agent(Quantity::Outside, self.agent()),
+            _ => {
+                let op = if self.chance() { Reduction::Any } else { Reduction::All };
+                self.reduction(op, deeper)
+            }
+        }
+    }
+
+    fn area(&mut self) -> Area {
+        let (x, y) = (self.random.uniform() * 2.0 - 1.0, self.random.uniform() * 2.0 - 1.0);
+        let (wide, high) = (0.3 + 2.0 * self.random.uniform(), 0.3 + 2.0 * self.random.uniform());
+        Area { x_m: (x - wide, x + wide), y_m: (y - high, y + high) }
+    }
+
+    /// A fixed place, or a box that may reach beyond the arena.
+    fn start(&mut self) -> Expr {
+        let area = self.area();
+        let side = |(low, high): (f64, f64), site| Expr::Draw {
+            distribution: Distribution::Uniform {
+                low: boxed(Expr::Number(low)),
+                high: boxed(Expr::Number(high)),
+            },
+            site,
+        };
+        match self.pick(3) {
+            0 => Expr::Vector(boxed(Expr::Number(area.x_m.0)), boxed(Expr::Number(area.y_m.1))),
+            _ => Expr::Vector(boxed(side(area.x_m, 0)), boxed(side(area.y_m, 1))),
+        }
+    }
+
+    fn body(&mut self) -> mpgx_lang::plan::Extern {
+        if self.chance() {
+            return mpgx_lang::plan::Extern { name: "point".into(), ..Default::default() };
+        }
+        let turn = 0.5 + 5.0 * self.random.uniform();
+        let settings = [
+            ("hand", Setting::Number(0.05 + 0.3 * self.random.uniform())),
+            ("drive", Setting::Range(-0.4, 0.2 + self.random.uniform())),
+            ("turn", Setting::Range(-turn, turn)),
+            ("rate", Setting::Number(50.0)),
+        ];
+        let settings = settings.map(|(name, value)| (name.to_string(), value)).into();
+        mpgx_lang::plan::Extern { name: "unicycle".into(), settings }
+    }
+
+    fn motion(&mut self) -> Motion {
+        let normal = |site| Expr::Draw {
+            distribution: Distribution::Normal {
+                mean: boxed(Expr::Number(0.1)),
+                deviation: boxed(Expr::Number(1.0)),
+            },
+            site,
+        };
+        let state = |name: &str, start: Expr, next: Expr| MotionState { name: name.into(), start, next };
+        let zero = || Expr::Number(0.0);
+        let (states, output) = match self.pick(5) {
+            0 => (vec![], MotionOutput::Velocity(Expr::Vector(boxed(normal(0)), boxed(normal(1))))),
+            // Round and round.
+            1 => {
+                let next = binary(BinaryOp::Add, Expr::State(0), Expr::Number(0.37));
+                let next = Expr::Call(Function::Mod, vec![next, Expr::Number(std::f64::consts::TAU)]);
+                let point = |f| Expr::Call(f, vec![Expr::State(0)]);
+                let around = Expr::Vector(boxed(point(Function::Cos)), boxed(point(Function::Sin)));
+                (vec![state("phase", zero(), next)], MotionOutput::Position(around))
+            }
+            // Straight on, without end.
+            2 => {
+                let next = binary(BinaryOp::Add, Expr::State(0), Expr::Number(0.05));
+                let along = Expr::Vector(boxed(Expr::State(0)), boxed(Expr::Number(0.3)));
+                (vec![state("way", zero(), next)], MotionOutput::Position(along))
+            }
+            // A walk within limits.
+            3 => {
+                let next = binary(BinaryOp::Add, Expr::State(0), normal(0));
+                let limits = vec![next, Expr::Number(-0.4), Expr::Number(0.6)];
+                let next = Expr::Call(Function::Clamp, limits);
+                let walk = Expr::Vector(boxed(Expr::State(0)), boxed(Expr::Number(-0.1)));
+                (vec![state("walk", zero(), next)], MotionOutput::Velocity(walk))
+            }
+            // After a follower.
+            _ => {
+                let position = |agent| Expr::Agent(Quantity::Position, agent);
+                let way = binary(BinaryOp::Sub, position(AgentRef::Fixed(1)), position(AgentRef::Member));
+                (vec![], MotionOutput::Velocity(Expr::Call(Function::Unit, vec![way])))
+            }
+        };
+        Motion { name: "motion".into(), states, output }
+    }
+
+    fn plan(&mut self) -> Plan {
+        let motion = self.motion();
+        let positions = matches!(motion.output, MotionOutput::Position(_));
+        let fast = 0.2 + self.random.uniform();
+        let mut group = |name: &str, size, control, positions: bool| Group {
+            name: name.into(),
+            size,
+            body: self.body(),
+            arena: if self.pick(3) > 0 { Some(self.area()) } else { None },
+            speed_mps: if self.pick(4) > 0 { (-fast, fast) } else { (0.1, fast + 0.1) },
+            control,
+            start: if positions { None } else { Some(self.start()) },
+            ..Group::default()
+        };
+        let groups = vec![
+            group("leader", 1, Control::Motion(motion), positions),
+            group("follower", 2, Control::Learned, false),
+        ];
+        let slot = |x, y| Expr::Vector(boxed(Expr::Number(x)), boxed(Expr::Number(y)));
+        let outside = Expr::Reduce {
+            op: Reduction::Any,
+            vars: vec![Binder { id: 1000, name: "i".into() }],
+            over: IndexSet::Group(1),
+            filter: None,
+            body: boxed(Expr::Agent(Quantity::Outside, AgentRef::Var(1000))),
+        };
+        let end = |name: &str, when, cost| End {
+            name: name.into(),
+            when,
+            failure: true,
+            cost: Some(cost),
+            at: Place::default(),
+        };
+        let mut ends = Vec::new();
+        if self.chance() {
+            ends.push(end("lost", outside, Expr::Number(1.5)));
+        }
+        if self.chance() {
+            let cost = Expr::Call(Function::Abs, vec![self.number(1)]);
+            ends.push(end("odd", self.truth(2), cost));
+        }
+        let term = |value| Term {
+            name: "term".into(),
+            doc: String::new(),
+            value,
+            dimension: "number".into(),
+            at: Place::default(),
+        };
+        let world = World {
+            dt_s: 0.1,
+            horizon: 10 + self.pick(30),
+            safety_m: 0.1,
+            groups,
+            formations: vec![Formation {
+                name: "F".into(),
+                shape: "some".into(),
+                group: 1,
+                about: Some(0),
+                constraint: Constraint::Displacements {
+                    slots: Slots::List(vec![slot(0.4, -0.2), slot(-0.3, 0.0)]),
+                    frame: Frame::Global,
+                },
+                graph: Graph::Star,
+                at: Place::default(),
+            }],
+            reward: (0..6).map(|k| term(self.number(1 + k % 4))).collect(),
+            ends,
+            ..World::default()
+        };
+        Plan {
+            name: "random".into(),
+            params: vec![Param {
+                name: "k".into(),
+                value: 0.7,
+                dimension: "number".into(),
+                ..Param::default()
+            }],
+            world,
+            seeds: 1,
+            ..Plan::default()
+        }
+    }
+}
+
+fn boxed_set(set: IndexSet) -> Box<IndexSet> {
+    Box::new(set)
+}
