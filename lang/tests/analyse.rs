@@ -106,7 +106,8 @@ fn where_is_the_best(reward: Vec<Expr>, obstacles: usize) -> Vec<&'static str> {
 
 #[test]
 fn the_papers_obstacle_reward_is_too_weak_or_too_strong() {
-    let avoid = |k: f64, distance: Expr| binary(BinaryOp::Mul, number(k), sum(5, IndexSet::Obstacles, distance));
+    let avoid =
+        |k: f64, distance: Expr| binary(BinaryOp::Mul, number(k), sum(5, IndexSet::Obstacles, distance));
     let distance = || apart(FOLLOWER, AgentRef::Var(5));
     for (k, obstacles, code) in [
         (0.3, 3, "avoidance-without-effect"),
@@ -191,7 +192,12 @@ fn said_of(plan: &Plan) -> (Vec<&'static str>, String) {
     let problems = found(plan, formations);
     let text = problems.iter().map(|problem| {
         let help = problem.help.iter().cloned();
-        [problem.message.clone()].into_iter().chain(problem.notes.clone()).chain(help).collect::<Vec<_>>().join("; ")
+        [problem.message.clone()]
+            .into_iter()
+            .chain(problem.notes.clone())
+            .chain(help)
+            .collect::<Vec<_>>()
+            .join("; ")
     });
     (problems.iter().map(|problem| problem.code.name).collect(), text.collect())
 }
@@ -205,7 +211,8 @@ fn distances_that_cannot_be_are_errors() {
     assert_eq!(said_of(&distances(3, true, Graph::Complete, &[1.0])).0, ["unrealisable"]);
     assert_eq!(said_of(&distances(999, true, Graph::Complete, &[1.0])).0, ["unrealisable"]);
     assert_eq!(said_of(&distances(2, true, Graph::Complete, &[1.0])).0, [] as [&str; 0]);
-    let errors = |plan: &Plan| found(plan, formations).iter().filter(|it| it.severity == Severity::Error).count();
+    let errors =
+        |plan: &Plan| found(plan, formations).iter().filter(|it| it.severity == Severity::Error).count();
     assert_eq!(errors(&distances(3, true, Graph::Complete, &[1.0])), 1);
     // All triangles close, and still no plane has room for it: nearly equal distances of four.
     let tight = distances(3, true, Graph::Complete, &[1.0, 1.1, 1.0, 1.0, 1.0, 1.0]);
@@ -225,7 +232,10 @@ fn free_motions_are_counted_and_named() {
     let (codes, text) = said_of(&distances(3, true, Graph::Ring, &[1.0]));
     assert_eq!(codes, ["not-rigid"]);
     assert!(text.contains("one motion keeps all its distances"), "{text}");
-    assert!(text.contains("one more distance is needed, for example between `leader` and `follower[2]`"), "{text}");
+    assert!(
+        text.contains("one more distance is needed, for example between `leader` and `follower[2]`"),
+        "{text}"
+    );
     let (codes, text) = said_of(&distances(2, true, Graph::Star, &[1.0]));
     assert_eq!(codes, ["not-rigid"]);
     assert!(text.contains("`follower[2]` can swing about `leader`"), "{text}");

@@ -6,7 +6,7 @@ use mpgx_lang::analyse::bounds::{Bounds, bounds};
 use mpgx_lang::analyse::interval::Interval;
 use mpgx_lang::analyse::scene::{Mode, Scene};
 use mpgx_lang::plan::{
-    AgentRef, Area, BinaryOp, Binder, Constraint, Control, Distribution, End, Expr, Formation, Frame,
+    AgentRef, Area, BinaryOp, Binder, Constraint, Control, Distribution, End, Expr, Extern, Formation, Frame,
     Function, Graph, Group, IndexSet, Motion, MotionOutput, MotionState, Param, Place, Plan, Quantity,
     Reduction, Setting, Slots, Term, UnaryOp, World, WorldConstant,
 };
@@ -225,7 +225,8 @@ impl Generator<'_> {
             },
             _ => {
                 let ops = [Reduction::Sum, Reduction::Mean, Reduction::Count, Reduction::Min, Reduction::Max];
-                self.reduction(ops[self.pick(5)], deeper)
+                let op = ops[self.pick(5)];
+                self.reduction(op, deeper)
             }
         }
     }
@@ -315,9 +316,9 @@ impl Generator<'_> {
         }
     }
 
-    fn body(&mut self) -> mpgx_lang::plan::Extern {
+    fn body(&mut self) -> Extern {
         if self.chance() {
-            return mpgx_lang::plan::Extern { name: "point".into(), ..Default::default() };
+            return point();
         }
         let turn = 0.5 + 5.0 * self.random.uniform();
         let settings = [
@@ -327,7 +328,7 @@ impl Generator<'_> {
             ("rate", Setting::Number(50.0)),
         ];
         let settings = settings.map(|(name, value)| (name.to_string(), value)).into();
-        mpgx_lang::plan::Extern { name: "unicycle".into(), settings }
+        Extern { name: "unicycle".into(), settings }
     }
 
     fn motion(&mut self) -> Motion {
@@ -381,7 +382,7 @@ impl Generator<'_> {
         let mut group = |name: &str, size, control, positions: bool| Group {
             name: name.into(),
             size,
-            body: self.body(),
+            body: if positions { point() } else { self.body() },
             arena: if self.pick(3) > 0 { Some(self.area()) } else { None },
             speed_mps: if self.pick(4) > 0 { (-fast, fast) } else { (0.1, fast + 0.1) },
             control,
@@ -456,6 +457,10 @@ impl Generator<'_> {
             ..Plan::default()
         }
     }
+}
+
+fn point() -> Extern {
+    Extern { name: "point".into(), ..Extern::default() }
 }
 
 fn boxed_set(set: IndexSet) -> Box<IndexSet> {

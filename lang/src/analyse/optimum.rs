@@ -384,7 +384,18 @@ impl Ground<'_> {
         for term in &repelling {
             let both =
                 if attracting.contains(term) { format!(", against {}", shown(near)) } else { String::new() };
-            let label = format!("rewards distance: together {} for each metre{both}", shown(far));
+            let pulls = pulls.iter().filter(|pull| pull.term == *term && pull.weight < 0.0);
+            let each = pulls.map(|pull| match pull.count {
+                1 => shown(-pull.weight),
+                count => format!("{count} × {}", shown(-pull.weight)),
+            });
+            let sum = each.collect::<Vec<_>>().join(" + ");
+            let total = if repelling.len() > 1 || sum == shown(far) {
+                sum
+            } else {
+                format!("{sum} = {}", shown(far))
+            };
+            let label = format!("rewards distance: {total} for each metre{both}");
             problem = at(problem, self.term_span(*term), label);
         }
         for term in attracting.difference(&repelling) {
