@@ -221,16 +221,8 @@ impl Checker<'_> {
         places.extend(
             slots.into_iter().enumerate().map(|(k, slot)| (format!("`{}[{}]`", formation.name, k + 1), slot)),
         );
-        let distance = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0).hypot(a.1 - b.1);
-        let mut nearest: Option<(f64, usize, usize)> = None;
-        for (j, b) in places.iter().enumerate().take(LOOKED_AT) {
-            for (i, a) in places.iter().enumerate().take(j) {
-                let apart = distance(a.1, b.1);
-                if apart < nearest.map_or(f64::INFINITY, |nearest| nearest.0) {
-                    nearest = Some((apart, i, j));
-                }
-            }
-        }
+        let points: Vec<(f64, f64)> = places.iter().map(|place| place.1).collect();
+        let nearest = nearest_two(&points);
         let Some((apart, i, j)) = nearest else { return };
         // Rounding must not make a square of just the safety distance too small.
         if apart < safety * (1.0 - 1e-9) {
@@ -284,8 +276,35 @@ impl Checker<'_> {
     }
 }
 
-/// Places whose distances are compared.
-const LOOKED_AT: usize = 500;
+/// The two points that are closest to each other, and how far apart; of equals the first.
+fn nearest_two(points: &[(f64, f64)]) -> Option<(f64, usize, usize)> {
+    let extent = |of: fn(&(f64, f64)) -> f64| {
+        let ends = points
+            .iter()
+            .map(of)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        ends.1 - ends.0
+    };
+    let along: fn(&(f64, f64)) -> f64 = if extent(|p| p.0) >= extent(|p| p.1) { |p| p.0 } else { |p| p.1 };
+    // Sorted along the longer side, only neighbours can be closer than the closest so far.
+    let mut order: Vec<(usize, &(f64, f64))> = points.iter().enumerate().collect();
+    order.sort_by(|a, b| along(a.1).total_cmp(&along(b.1)));
+    let mut nearest: Option<(f64, usize, usize)> = None;
+    for (k, (j, b)) in order.iter().enumerate() {
+        for (i, a) in order.iter().take(k).rev() {
+            let best = nearest.map_or(f64::INFINITY, |nearest| nearest.0);
+            if along(b) - along(a) > best {
+                break;
+            }
+            let apart = ((a.0 - b.0) * (a.0 - b.0) + (a.1 - b.1) * (a.1 - b.1)).sqrt();
+            let pair = (apart, *i.min(j), *i.max(j));
+            if apart < best || nearest.is_some_and(|nearest| pair < nearest) {
+                nearest = Some(pair);
+            }
+        }
+    }
+    nearest
+}
 
 fn empty_range(at: Span, what: &str) -> Problem {
     Problem::error(&OUT_OF_RANGE, format!("{what} is empty"))
