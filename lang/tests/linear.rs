@@ -64,6 +64,14 @@ fn twice_the_length_is_twice_the_work() {
         ("motion f() {", " state a ~ b(1, 2)\n", "velocity = 1 }", ""),
         ("formation f() { slots {", " (1 m, 2 m)\n", "} }", ""),
         ("dimension a = b", " * c^(1/2)", "", ""),
+        ("formation f() {", " edge 1 - 2 = a\n", "}", ""),
+        ("formation F of a with b {", " edge c[1] - d = 2 m\n", "}", ""),
+        ("randomise {", " a ~ uniform(1, 2)\n", "}", ""),
+        ("obstacle o : polygon([(0, 0)", ", (1 m, 2 m)", "])", ""),
+        ("observe each i in a {", " b for j in c if d { noise = 1 m }\n", "}", ""),
+        ("sweep {", " (a.b, c) in [(1, 2)]\n", "}", ""),
+        ("test \"t\" {", " place a at (1, 2)\n check b == c ± d\n", "}", ""),
+        ("stage a {", " b.c = 1\n", "} until d < 1 over 2", ""),
     ];
     for (head, open, middle, close) in nested {
         let text = |times: usize| format!("{head}{}{middle}{}", open.repeat(times), close.repeat(times));
