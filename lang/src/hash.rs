@@ -4,8 +4,9 @@ use serde_json::{Map, Value};
 
 use crate::plan::Plan;
 
-/// BLAKE3 of the Plan without places, comments, texts as written and the names of index variables, as hexadecimal
-/// digits. Layout, comments, line ends and the names of files do not change it; whatever changes a run does.
+/// BLAKE3 of the Plan without places, comments, texts as written, the names of index variables and tests, as
+/// hexadecimal digits. Layout, comments, line ends and the names of files do not change it; whatever changes a run
+/// does.
 pub fn meaning_hash(plan: &Plan) -> String {
     let mut tree = serde_json::to_value(plan).unwrap_or_default();
     strip(&mut tree);
@@ -26,7 +27,7 @@ fn strip(value: &mut Value) {
     match value {
         Value::Object(fields) => {
             let binder = is_binder(fields);
-            fields.retain(|field, _| !is_remark(field) && !(binder && field == "name"));
+            fields.retain(|field, _| !is_remark(field) && field != "tests" && !(binder && field == "name"));
             fields.values_mut().for_each(strip);
         }
         Value::Array(values) => values.iter_mut().for_each(strip),

@@ -62,6 +62,7 @@ pub fn lower(hir: &Hir, units: &Units, sources: &Sources, problems: &mut Problem
         world,
         learners,
         controllers,
+        first_seed: 0,
         seeds,
         protocols,
         claims,

@@ -35,7 +35,10 @@ pub struct Plan {
     pub learners: Vec<Method>,
     /// Controllers that need no training, from `compare`.
     pub controllers: Vec<Method>,
-    /// Number of training seeds: 0, 1, … seeds − 1.
+    /// The first training seed; the scenario's own begin with 0.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub first_seed: usize,
+    /// Number of training seeds, one after another.
     pub seeds: usize,
     /// Held-out evaluations of the final policy.
     pub protocols: Vec<Protocol>,
@@ -774,6 +777,10 @@ impl Expr {
             _ => Vec::new(),
         }
     }
+}
+
+fn is_zero(number: &usize) -> bool {
+    *number == 0
 }
 
 /// Nesting of a Plan in RON, at most; the compiler's limit on expressions stays far below.

@@ -29,7 +29,7 @@ fn rate(batch: usize) -> Result<(f64, f64), LearnError> {
         let next: [f32; STATE] = std::array::from_fn(|i| 0.9 * state[i] + 0.1 * action[i]);
         let reward = -next.iter().map(|x| x * x).sum::<f32>();
         let transition = Transition { state: &state, action: &action, reward, next: &next, failure: false };
-        let done = learner.step(transition);
+        let done = learner.step([transition]);
         state = next;
         done
     };

@@ -1,9 +1,10 @@
 //! The settings of the learners, as `stdlib/learn.scn` declares them.
 
-use mpgx_lang::plan::{Extern, Setting};
+use mpgx_lang::plan::{Curve, Extern, Schedule, Setting};
 
 use crate::algorithms::Algorithm;
 use crate::error::LearnError;
+use crate::varying::Varying;
 
 /// The settings that every algorithm here has.
 pub const SETTINGS: &[&str] = &[
@@ -73,26 +74,29 @@ pub enum DeltaKind {
 }
 
 /// All settings of a learner; the declaration in `stdlib/learn.scn` tells what each means.
+///
+/// A schedule says all of its setting: `rate_end` lowers plain step sizes only, and `explore_decay` and
+/// `explore_min` shrink a plain exploration noise only.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Config {
     pub algorithm: Algorithm,
     pub episodes: u64,
     pub steps: u64,
-    pub gamma: f64,
-    pub actor_rate: f64,
-    pub critic_rate: f64,
+    pub gamma: Varying,
+    pub actor_rate: Varying,
+    pub critic_rate: Varying,
     pub rate_end: f64,
     pub batch: usize,
     pub hidden: Vec<usize>,
     pub replay: usize,
-    pub tau: f64,
+    pub tau: Varying,
     pub inner: u64,
     pub delay: u64,
     pub delay_counter: Count,
     pub inner_batch: InnerBatch,
-    pub train_noise: f64,
+    pub train_noise: Varying,
     pub train_clip: f64,
-    pub explore_noise: f64,
+    pub explore_noise: Varying,
     pub explore_min: f64,
     pub explore_decay: f64,
     pub explore_every: Decay,
@@ -117,22 +121,22 @@ impl Config {
             algorithm,
             episodes: read.count("episodes", 1e9)?,
             steps: read.count("steps", 1e9)?,
-            gamma: read.number("gamma", 1.0)?,
-            actor_rate: read.number("actor_rate", 1.0)?,
-            critic_rate: read.number("critic_rate", 1.0)?,
+            gamma: read.varying("gamma", 1.0)?,
+            actor_rate: read.varying("actor_rate", 1.0)?,
+            critic_rate: read.varying("critic_rate", 1.0)?,
             rate_end: read.number("rate_end", 1.0)?,
             batch: read.count("batch", 65536.0)? as usize,
             hidden: read.sizes("hidden")?,
             replay: read.count("replay", 1e8)? as usize,
-            tau: read.number("tau", 1.0)?,
+            tau: read.varying("tau", 1.0)?,
             inner: read.count("inner", 1000.0)?,
             delay: read.count("delay", 1000.0)?,
             delay_counter: read.word("delay_counter", &[("run", Count::Run), ("step", Count::Step)])?,
             inner_batch: read
                 .word("inner_batch", &[("fresh", InnerBatch::Fresh), ("shared", InnerBatch::Shared)])?,
-            train_noise: read.number("train_noise", 100.0)?,
+            train_noise: read.varying("train_noise", 100.0)?,
             train_clip: read.number("train_clip", 1e9)?,
-            explore_noise: read.number("explore_noise", 100.0)?,
+            explore_noise: read.varying("explore_noise", 100.0)?,
             explore_min: read.number("explore_min", 100.0)?,
             explore_decay: read.number("explore_decay", 1.0)?,
             explore_every: read
@@ -182,6 +186,20 @@ impl Settings<'_> {
         }
     }
 
+    /// A number in 0..=high, or a schedule that stays there.
+    fn varying(&self, setting: &'static str, high: f64) -> Result<Varying, LearnError> {
+        let found = self.get(setting)?;
+        let varying = match found {
+            Setting::Number(value) => Some(Varying::Constant(*value)),
+            Setting::Schedule(schedule) if is_sound(schedule) => Some(Varying::Scheduled(*schedule)),
+            _ => None,
+        };
+        let within = |varying: &Varying| varying.ends().iter().all(|value| (0.0..=high).contains(value));
+        varying
+            .filter(within)
+            .ok_or_else(|| wrong(setting, format!("a number in 0 .. {high} or a schedule of such"), found))
+    }
+
     /// A whole number in 1..=high.
     fn count(&self, setting: &'static str, high: f64) -> Result<u64, LearnError> {
         match self.get(setting)? {
@@ -216,6 +234,12 @@ impl Settings<'_> {
         let names = || words.iter().map(|(word, _)| *word).collect::<Vec<_>>().join(" or ");
         chosen.map(|(_, value)| *value).ok_or_else(|| wrong(setting, names(), found))
     }
+}
+
+fn is_sound(schedule: &Schedule) -> bool {
+    let Schedule { curve, from, to, begin, end } = *schedule;
+    let ordered = 0.0 <= begin && begin <= end && end <= 1.0;
+    ordered && (curve != Curve::Geometric || (from > 0.0 && to > 0.0))
 }
 
 fn wrong(setting: &'static str, expected: String, found: &Setting) -> LearnError {

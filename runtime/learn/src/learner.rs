@@ -12,11 +12,12 @@ use crate::network::Mlp;
 use crate::noise::{self, Exploration};
 use crate::policy::{Evaluation, Policy};
 use crate::replay::{Replay, Transition};
+use crate::varying::Varying;
 
 /// One learner in the middle of its training.
 ///
-/// The trainer asks [`Learner::explore`] for an action, steps the environment and hands the transition to
-/// [`Learner::step`]; it tells the end of each episode and how far training is. Everything is a function of
+/// The trainer asks [`Learner::explore`] for an action, steps the environment and hands the transition (of
+/// robots that share the policy, one each) to [`Learner::step`]; it tells the end of each episode and how far training is. Everything is a function of
 /// the configuration, the seed and what was handed over: all random numbers are addressed by the number of
 /// the step or of the update.
 pub struct Learner {
@@ -93,44 +94,55 @@ impl Learner {
         })
     }
 
-    /// u = clip(π(s) + N(0, v), −1, 1).
+    /// u = clip(π(s) + N(0, v), −1, 1) for one state, or for several that are acted on in one step of the world,
+    /// `[rows][state]` to `[rows][action]`, each with its own noise.
     ///
     /// # Panics
     ///
     /// If a slice has another length.
-    pub fn explore(&mut self, state: &[f32], action: &mut [f32]) {
-        self.act(state, action);
-        let mut stream = self.randomness.stream(Purpose::Exploration, 0, self.explored);
-        let deviation = self.exploration.deviation(&self.config);
-        for u in action {
-            *u = (*u + deviation * stream.normal() as f32).clamp(-1.0, 1.0);
+    pub fn explore(&mut self, states: &[f32], actions: &mut [f32]) {
+        self.act(states, actions);
+        let deviation = self.exploration.deviation(&self.config, self.progress);
+        for action in actions.chunks_exact_mut(self.replay.action_len()) {
+            let mut stream = self.randomness.stream(Purpose::Exploration, 0, self.explored);
+            for u in action {
+                *u = (*u + deviation * stream.normal() as f32).clamp(-1.0, 1.0);
+            }
+            self.explored += 1;
         }
-        self.explored += 1;
         self.health.explored(deviation);
         self.exploration.decay(Decay::Step, &self.config);
     }
 
-    /// u = π(s).
+    /// u = π(s) for each state, `[rows][state]` to `[rows][action]`.
     ///
     /// # Panics
     ///
     /// If a slice has another length.
-    pub fn act(&mut self, state: &[f32], action: &mut [f32]) {
-        assert_eq!((state.len(), action.len()), (self.replay.state_len(), self.replay.action_len()));
-        self.evaluation.act(self.simd, &self.networks.actor, state, action);
+    pub fn act(&mut self, states: &[f32], actions: &mut [f32]) {
+        let rows = states.len() / self.replay.state_len();
+        let expected = (rows * self.replay.state_len(), rows * self.replay.action_len());
+        assert_eq!((states.len(), actions.len()), expected, "states and actions of {rows} rows");
+        self.evaluation.act(self.simd, &self.networks.actor, states, actions);
     }
 
-    /// Stores a transition and, once there are enough for a mini-batch, does the updates of a step.
+    /// Stores the transitions of one step of the world and, once there are enough for a mini-batch, does the
+    /// updates of a step.
     ///
-    /// Errors if the transition has other lengths or is not finite, if a loss is not finite, or if a restored
+    /// Errors if a transition has other lengths or is not finite, if a loss is not finite, or if a restored
     /// learner lacks transitions.
-    pub fn step(&mut self, transition: Transition<'_>) -> Result<(), LearnError> {
+    pub fn step<'a>(
+        &mut self,
+        transitions: impl IntoIterator<Item = Transition<'a>>,
+    ) -> Result<(), LearnError> {
         if self.replay.pushed() < self.replay_needed {
             let (expected, found) = (self.replay_needed, self.replay.pushed());
             return Err(LearnError::ReplayMissing { expected, found });
         }
-        self.check(&transition)?;
-        self.replay.push(transition);
+        for transition in transitions {
+            self.check(&transition)?;
+            self.replay.push(transition);
+        }
         if self.replay.len() < self.config.batch {
             return Ok(());
         }
@@ -174,35 +186,43 @@ impl Learner {
     /// A fresh mini-batch, with replacement.
     fn draw(&mut self) {
         let mut stream = self.randomness.stream(Purpose::Replay, 0, self.updates);
+        let gamma = self.config.gamma.at(self.progress) as f32;
         for row in 0..self.config.batch {
             let transition = self.replay.get(stream.below(self.replay.len() as u64) as usize);
             let over = self.config.terminal_mask && transition.failure;
-            self.batch.set(row, transition, if over { 0.0 } else { self.config.gamma as f32 });
+            self.batch.set(row, transition, if over { 0.0 } else { gamma });
         }
     }
 
     /// Update number `inner` of this step.
     fn update(&mut self, inner: u64) -> Result<(), LearnError> {
         let config = &self.config;
-        let deviation = noise::deviation(config.train_noise, config.noise_reading);
+        let deviation = noise::deviation(config.train_noise.at(self.progress), config.noise_reading);
         let mut stream = self.randomness.stream(Purpose::TargetNoise, 0, self.updates);
         noise::fill(&mut self.noise, &mut stream, deviation, config.train_clip as f32);
         let counted = match config.delay_counter {
             Count::Run => self.updates,
             Count::Step => inner,
         };
-        let left = 1.0 - (1.0 - config.rate_end) * self.progress;
         let rule = Rule {
             algorithm: config.algorithm,
             delta_kind: config.delta_kind,
-            actor_rate: left * config.actor_rate,
-            critic_rate: left * config.critic_rate,
-            tau: config.tau,
+            actor_rate: self.rate(config.actor_rate),
+            critic_rate: self.rate(config.critic_rate),
+            tau: config.tau.at(self.progress),
             delayed: counted.is_multiple_of(config.delay),
         };
         let seen = self.networks.update(&self.batch, &self.noise, &rule);
         self.health.updated(&seen);
         self.judge(&seen)
+    }
+
+    /// A step size now.
+    fn rate(&self, rate: Varying) -> f64 {
+        match rate {
+            Varying::Constant(rate) => (1.0 - (1.0 - self.config.rate_end) * self.progress) * rate,
+            Varying::Scheduled(_) => rate.at(self.progress),
+        }
     }
 
     fn judge(&self, seen: &Seen) -> Result<(), LearnError> {
@@ -215,7 +235,7 @@ impl Learner {
         self.exploration.decay(Decay::Episode, &self.config);
     }
 
-    /// Tells which share of the training budget is spent, 0 to 1; the step sizes fall with it.
+    /// Tells which share of the training budget is spent, 0 to 1; step sizes and schedules go by it.
     pub fn set_progress(&mut self, fraction: f64) {
         self.progress = fraction.clamp(0.0, 1.0);
     }

@@ -17,6 +17,7 @@ mod network;
 mod noise;
 mod policy;
 mod replay;
+mod varying;
 
 pub use algorithms::{ALGORITHMS, Algorithm};
 pub use config::{Config, Count, Decay, DeltaKind, InnerBatch, NoiseReading, SETTINGS};
@@ -25,3 +26,4 @@ pub use kernels::{force_simd, simd_level};
 pub use learner::Learner;
 pub use policy::Policy;
 pub use replay::Transition;
+pub use varying::Varying;

@@ -3,6 +3,7 @@
 use mpgx_random::Stream;
 
 use crate::config::{Config, Decay, NoiseReading};
+use crate::varying::Varying;
 
 /// The standard deviation that a noise setting means.
 pub(crate) fn deviation(setting: f64, reading: NoiseReading) -> f32 {
@@ -19,16 +20,20 @@ pub(crate) fn fill(noise: &mut [f32], stream: &mut Stream, deviation: f32, clip:
     }
 }
 
-/// The exploration noise of one run: falls by a factor down to a floor.
+/// The exploration noise of one run: falls by a factor down to a floor, or follows a schedule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Exploration {
-    /// In the unit of the setting.
+    /// In the unit of the setting; of a schedule, 0.
     pub(crate) level: f64,
 }
 
 impl Exploration {
     pub(crate) fn new(config: &Config) -> Self {
-        Self { level: config.explore_noise }
+        let level = match config.explore_noise {
+            Varying::Constant(level) => level,
+            Varying::Scheduled(_) => 0.0,
+        };
+        Self { level }
     }
 
     /// v ← max(λ v, v_min), if the time that has passed is the one that counts.
@@ -38,7 +43,12 @@ impl Exploration {
         }
     }
 
-    pub(crate) fn deviation(&self, config: &Config) -> f32 {
-        deviation(self.level, config.noise_reading)
+    /// When the share `done` of training is over.
+    pub(crate) fn deviation(&self, config: &Config, done: f64) -> f32 {
+        let level = match config.explore_noise {
+            Varying::Constant(_) => self.level,
+            Varying::Scheduled(_) => config.explore_noise.at(done),
+        };
+        deviation(level, config.noise_reading)
     }
 }

@@ -2,7 +2,7 @@
 
 mod support;
 
-use mpgx_lang::plan::{Extern, Setting};
+use mpgx_lang::plan::{Curve, Extern, Schedule, Setting};
 use mpgx_learn::{ALGORITHMS, Config, LearnError, SETTINGS};
 use support::settings;
 
@@ -79,4 +79,25 @@ fn wrong_values_are_errors() {
         error.to_string(),
         "the setting `batch` must be a whole number in 1 .. 65536, not Number(0.0)"
     );
+}
+
+/// The settings that may change over training, and schedules that are none.
+#[test]
+fn schedules_are_taken_where_they_are_sound() {
+    let schedule = |curve, from, to, begin, end| Setting::Schedule(Schedule { curve, from, to, begin, end });
+    let sound = schedule(Curve::Geometric, 0.5, 0.25, 0.0, 1.0);
+    let taking: Vec<&str> =
+        SETTINGS.iter().copied().filter(|name| changed(name, sound.clone()).is_ok()).collect();
+    assert_eq!(taking, ["gamma", "actor_rate", "critic_rate", "tau", "train_noise", "explore_noise"]);
+    for unsound in [
+        schedule(Curve::Geometric, 0.5, 0.0, 0.0, 1.0),
+        schedule(Curve::Linear, 0.5, 1.5, 0.0, 1.0),
+        schedule(Curve::Linear, -0.5, 0.5, 0.0, 1.0),
+        schedule(Curve::Cosine, 0.5, f64::NAN, 0.0, 1.0),
+        schedule(Curve::Linear, 0.5, 0.5, 0.6, 0.4),
+        schedule(Curve::Linear, 0.5, 0.5, 0.6, 1.1),
+        schedule(Curve::Linear, 0.5, 0.5, f64::NAN, 1.0),
+    ] {
+        assert!(changed("gamma", unsound.clone()).is_err(), "{unsound:?}");
+    }
 }

@@ -7,8 +7,10 @@ mod task;
 
 use std::collections::BTreeMap;
 
+use mpgx_lang::plan::{Curve, Schedule};
 use mpgx_learn::{
     Config, Count, Decay, DeltaKind, InnerBatch, LearnError, Learner, NoiseReading, Policy, Transition,
+    Varying,
 };
 use task::{ACTION, HORIZON, STATE, Task, learner, saved};
 
@@ -46,7 +48,7 @@ fn error(learner: &Learner) -> f32 {
 #[test]
 fn it_learns() {
     for algorithm in ["mpg", "td3"] {
-        let config = Config { gamma: 0.9, rate_end: 0.02, explore_decay: 0.97, ..config(algorithm) };
+        let config = Config { gamma: 0.9.into(), rate_end: 0.02, explore_decay: 0.97, ..config(algorithm) };
         let mut learner = learner(&config, 0);
         let mut task = Task::new();
         let before = error(&learner);
@@ -71,7 +73,7 @@ fn a_seed_names_a_run() {
 }
 
 /// All switches away from their defaults, in turn with them; a small replay that drops transitions.
-fn variants() -> [Config; 3] {
+fn variants() -> [Config; 4] {
     let switched = Config {
         inner: 3,
         delay_counter: Count::Step,
@@ -86,7 +88,13 @@ fn variants() -> [Config; 3] {
         rate_end: 0.1,
         ..config("mpg")
     };
-    [config("mpg"), Config { replay: 50, ..config("td3") }, switched]
+    let scheduled = Config {
+        gamma: linear(0.8, 0.99),
+        actor_rate: linear(1e-3, 1e-5),
+        explore_noise: linear(1.0, 0.1),
+        ..config("mpg")
+    };
+    [config("mpg"), Config { replay: 50, ..config("td3") }, switched, scheduled]
 }
 
 #[test]
@@ -108,7 +116,7 @@ fn a_restored_run_goes_on_as_if_nothing_had_been() {
             resumed.restore(&state).unwrap();
             let (first, second) = rows.split_at(first as usize * whole.row_bytes());
             resumed.restore_rows(first).unwrap();
-            let early = resumed.step(STILL);
+            let early = resumed.step([STILL]);
             assert!(matches!(early, Err(LearnError::ReplayMissing { .. })), "{early:?}");
             resumed.restore_rows(second).unwrap();
             assert!(saved(&resumed) == state);
@@ -128,13 +136,13 @@ fn task_step(learner: &mut Learner) -> Result<(), LearnError> {
     let (state, mut action) = ([0.3, 1.0], [0.0]);
     learner.explore(&state, &mut action);
     let next = [0.3 + 0.1 * action[0], 1.0];
-    learner.step(Transition {
+    learner.step([Transition {
         state: &state,
         action: &action,
         reward: -next[0].abs(),
         next: &next,
         failure: false,
-    })
+    }])
 }
 
 /// Transitions that were dropped before they were saved are not needed again.
@@ -183,16 +191,16 @@ fn what_is_not_finite_is_named() {
         Err(LearnError::Diverged { quantity, .. }) => quantity,
         other => panic!("{other:?}"),
     };
-    assert_eq!(name(learner.step(Transition { reward: f32::NAN, ..STILL })), "the reward");
-    assert_eq!(name(learner.step(Transition { next: &[f32::INFINITY, 0.0], ..STILL })), "the next state");
+    assert_eq!(name(learner.step([Transition { reward: f32::NAN, ..STILL }])), "the reward");
+    assert_eq!(name(learner.step([Transition { next: &[f32::INFINITY, 0.0], ..STILL }])), "the next state");
     assert_eq!(learner.replay_len(), 0);
     for _ in 0..15 {
-        learner.step(STILL).unwrap();
+        learner.step([STILL]).unwrap();
     }
     let shot = Transition { reward: 1e30, ..STILL };
-    let first = (0..100).map(|_| learner.step(shot)).find(Result::is_err);
+    let first = (0..100).map(|_| learner.step([shot])).find(Result::is_err);
     assert_eq!(name(first.unwrap()), "loss/critic");
-    let error = learner.step(Transition { action: &[], ..STILL }).unwrap_err();
+    let error = learner.step([Transition { action: &[], ..STILL }]).unwrap_err();
     assert_eq!(error, LearnError::WrongLength { part: "action", expected: ACTION, found: 0 });
 }
 
@@ -210,7 +218,7 @@ fn the_adjustment_is_half_the_gap_without_momentum_and_all_of_it_in_td3() {
 
 #[test]
 fn noise_falls_to_its_floor() {
-    let base = Config { explore_noise: 0.25, explore_min: 0.04, explore_decay: 0.5, ..config("mpg") };
+    let base = Config { explore_noise: 0.25.into(), explore_min: 0.04, explore_decay: 0.5, ..config("mpg") };
     let deviations = |config: &Config| {
         let mut learner = learner(config, 0);
         [(); 5].map(|()| {
@@ -232,7 +240,7 @@ fn noise_falls_to_its_floor() {
 
 #[test]
 fn exploration_is_the_policy_with_noise() {
-    let quiet = Config { explore_noise: 0.0, explore_min: 0.0, ..config("mpg") };
+    let quiet = Config { explore_noise: 0.0.into(), explore_min: 0.0, ..config("mpg") };
     let mut quiet = learner(&quiet, 0);
     let mut loud = learner(&config("mpg"), 0);
     let (mut pure, mut same, mut noisy) = ([0.0], [0.0], [0.0]);
@@ -252,13 +260,13 @@ fn exploration_is_the_policy_with_noise() {
 /// With networks that never change, what differs between updates is what was drawn.
 #[test]
 fn every_update_draws_its_own_noise_and_batch() {
-    let frozen = Config { actor_rate: 0.0, critic_rate: 0.0, batch: 1, ..config("mpg") };
+    let frozen = Config { actor_rate: 0.0.into(), critic_rate: 0.0.into(), batch: 1, ..config("mpg") };
     let distinct = |config: &Config, metric: &str| {
         let mut learner = learner(config, 0);
         let mut values: Vec<f32> = (0..8)
             .map(|k| {
                 let state = [if config.replay == 1 { 0.0 } else { k as f32 / 8.0 }, 1.0];
-                learner.step(Transition { state: &state, next: &state, ..STILL }).unwrap();
+                learner.step([Transition { state: &state, next: &state, ..STILL }]).unwrap();
                 health(&mut learner)[metric]
             })
             .collect();
@@ -268,7 +276,7 @@ fn every_update_draws_its_own_noise_and_batch() {
     };
     let one_transition = Config { replay: 1, ..frozen.clone() };
     assert!(distinct(&one_transition, "q/gap") > 4);
-    assert_eq!(distinct(&Config { train_noise: 0.0, ..one_transition.clone() }, "q/gap"), 1);
+    assert_eq!(distinct(&Config { train_noise: 0.0.into(), ..one_transition.clone() }, "q/gap"), 1);
     assert_eq!(distinct(&Config { train_clip: 0.0, ..one_transition }, "q/gap"), 1);
     assert!(distinct(&frozen, "q/q1") > 2);
 }
@@ -288,6 +296,73 @@ fn step_sizes_fall_with_progress() {
     assert!(policies[1].0 == policies[1].1);
 }
 
+fn linear(from: f64, to: f64) -> Varying {
+    Varying::Scheduled(Schedule { curve: Curve::Linear, from, to, begin: 0.0, end: 1.0 })
+}
+
+/// A schedule that stays is the plain number, to the bit; one that moves counts from where it moves.
+#[test]
+fn schedules_go_by_progress() {
+    type Set = fn(&mut Config, Varying);
+    let settings: [(&str, f64, Set); 5] = [
+        ("actor_rate", 1e-3, |config, value| config.actor_rate = value),
+        ("critic_rate", 1e-2, |config, value| config.critic_rate = value),
+        ("gamma", 0.99, |config, value| config.gamma = value),
+        ("tau", 0.005, |config, value| config.tau = value),
+        ("train_noise", 0.2, |config, value| config.train_noise = value),
+    ];
+    for (name, value, set) in settings {
+        let run = |value: Varying, progress: f64| {
+            let mut config = config("mpg");
+            set(&mut config, value);
+            let mut learner = learner(&config, 0);
+            learner.set_progress(progress);
+            Task::new().steps(&mut learner, 40);
+            learner.policy().to_bytes()
+        };
+        let plain = run(value.into(), 0.5);
+        assert!(run(linear(value, value), 0.5) == plain, "{name}");
+        assert!(run(linear(value, 0.0), 0.0) == run(value.into(), 0.0), "{name}");
+        assert!(run(linear(value, 0.0), 0.5) == run((0.5 * value).into(), 0.5), "{name}");
+        assert!(run(linear(value, 0.0), 0.5) != plain, "{name}");
+    }
+}
+
+#[test]
+fn a_scheduled_noise_neither_decays_nor_has_a_floor() {
+    let config =
+        Config { explore_noise: linear(0.25, 0.0), explore_decay: 0.5, explore_min: 0.2, ..config("mpg") };
+    let mut learner = learner(&config, 0);
+    for (progress, variance) in [(0.0, 0.25f32), (0.2, 0.2), (0.6, 0.1), (1.0, 0.0)] {
+        learner.set_progress(progress);
+        learner.explore(&[0.0; STATE], &mut [0.0; ACTION]);
+        learner.end_episode();
+        let deviation = health(&mut learner)["noise/explore"];
+        assert!((deviation - variance.sqrt()).abs() < 1e-6, "{deviation} at {progress}");
+    }
+}
+
+/// Two robots with one policy: each has its own noise and its own transition; a step does one round of updates.
+#[test]
+fn several_act_in_one_step() {
+    let config = Config { inner: 3, explore_every: Decay::Step, explore_decay: 0.5, ..config("mpg") };
+    let mut learner = learner(&config, 0);
+    let (states, mut actions) = ([0.5, 1.0, 0.5, 1.0], [0.0; 2 * ACTION]);
+    let mut pure = [0.0; ACTION];
+    learner.act(&states[..STATE], &mut pure);
+    learner.explore(&states, &mut actions);
+    assert!(actions[0] != actions[1] && actions[0] != pure[0]);
+    learner.explore(&states, &mut actions);
+    let mean = (2f32.sqrt() + 1.0) / 2.0;
+    assert!((health(&mut learner)["noise/explore"] - mean).abs() < 1e-6);
+    for step in 1..=10 {
+        learner.step([STILL, Transition { reward: -1.0, ..STILL }]).unwrap();
+        assert_eq!((learner.replay_pushed(), learner.replay_len()), (2 * step, 2 * step as usize));
+        // The first mini-batch is there at step 8.
+        assert_eq!(learner.updates(), 3 * step.saturating_sub(7));
+    }
+}
+
 #[test]
 fn failures_cut_the_value_only_where_asked() {
     let run = |terminal_mask, failures: bool| {
@@ -296,7 +371,7 @@ fn failures_cut_the_value_only_where_asked() {
             let state = [k as f32 / 40.0, 1.0];
             let failure = failures && k % 3 == 0;
             learner
-                .step(Transition { state: &state, action: &[0.1], reward: -1.0, next: &state, failure })
+                .step([Transition { state: &state, action: &[0.1], reward: -1.0, next: &state, failure }])
                 .unwrap();
         }
         learner.policy().to_bytes()

@@ -2,16 +2,40 @@
 
 use std::path::{Component, Path};
 
-use mpgx_lang::plan::{Place, Plan, World};
+use mpgx_lang::plan::{Place, Plan};
+use serde_json::Value;
+
+use crate::error::StudyError;
 
 /// The Plan and its source with every file named relative to the scenario's folder.
-pub(crate) fn without_folder(plan: &Plan, source: &[(String, String)]) -> (Plan, Vec<(String, String)>) {
+pub(crate) fn without_folder(
+    plan: &Plan,
+    source: &[(String, String)],
+) -> Result<(Plan, Vec<(String, String)>), StudyError> {
     let main = plan.learners.first().map(|learner| learner.at.file.clone()).unwrap_or_default();
     let folder = Path::new(&main).parent().unwrap_or(Path::new("")).to_path_buf();
-    let name = |file: &str| plain(file, &folder);
-    let mut plan = plan.clone();
-    each_place(&mut plan, |place| place.file = name(&place.file));
-    (plan, source.iter().map(|(file, text)| (name(file), text.clone())).collect())
+    let unclear = |why: serde_json::Error| {
+        let cause = format!("the Plan cannot be frozen, perhaps for a number that is not finite: {why}");
+        StudyError::Plan { cause, at: Place::default() }
+    };
+    let mut tree = serde_json::to_value(plan).map_err(unclear)?;
+    rename(&mut tree, &folder);
+    let plan = serde_json::from_value(tree).map_err(unclear)?;
+    Ok((plan, source.iter().map(|(file, text)| (plain(file, &folder), text.clone())).collect()))
+}
+
+/// Renames the file of every place, wherever it stands: what has a file, a line and a column is one.
+fn rename(value: &mut Value, folder: &Path) {
+    match value {
+        Value::Object(fields) if fields.contains_key("line") && fields.contains_key("column") => {
+            if let Some(Value::String(file)) = fields.get_mut("file") {
+                *file = plain(file, folder);
+            }
+        }
+        Value::Object(fields) => fields.values_mut().for_each(|value| rename(value, folder)),
+        Value::Array(values) => values.iter_mut().for_each(|value| rename(value, folder)),
+        _ => {}
+    }
 }
 
 /// The path below `folder` if it lies there and leads nowhere else; the bare file name otherwise.
@@ -24,25 +48,12 @@ fn plain(file: &str, folder: &Path) -> String {
     path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
-fn each_place(plan: &mut Plan, mut change: impl FnMut(&mut Place)) {
-    let mut in_world = |world: &mut World| {
-        world.groups.iter_mut().for_each(|group| change(&mut group.at));
-        world.formations.iter_mut().for_each(|formation| change(&mut formation.at));
-        world.observe.iter_mut().for_each(|observation| change(&mut observation.at));
-        world.reward.iter_mut().for_each(|term| change(&mut term.at));
-        world.ends.iter_mut().for_each(|end| change(&mut end.at));
-    };
-    in_world(&mut plan.world);
-    plan.protocols.iter_mut().filter_map(|protocol| protocol.world.as_deref_mut()).for_each(in_world);
-    plan.params.iter_mut().for_each(|param| change(&mut param.at));
-    plan.learners.iter_mut().chain(&mut plan.controllers).for_each(|method| change(&mut method.at));
-    plan.protocols.iter_mut().for_each(|protocol| change(&mut protocol.at));
-    plan.claims.iter_mut().for_each(|claim| change(&mut claim.at));
-}
-
 #[cfg(test)]
 mod tests {
+    use mpgx_lang::plan::Variant;
+
     use super::*;
+    use crate::tests::sample;
 
     #[test]
     fn names_lose_the_scenarios_folder() {
@@ -59,5 +70,22 @@ mod tests {
             let folder = Path::new(main).parent().unwrap();
             assert_eq!(plain(file, folder), expected, "{file} of {main}");
         }
+    }
+
+    /// In stages, protocols and variants, too; and nothing else changes, not a bit of a number.
+    #[test]
+    fn every_place_is_renamed() {
+        let mut plan = sample::shared();
+        plan.world.dt_s = 0.1 + f64::EPSILON;
+        plan.world.safety_m = f64::from_bits(1);
+        let at = plan.learners[0].at.clone();
+        let alone = plan.clone();
+        plan.variants.push(Variant { name: "b".into(), text: "".into(), plan: Box::new(alone), at });
+        let (renamed, _) = without_folder(&plan, &[]).unwrap();
+        let (before, after) = (plan.to_ron(), renamed.to_ron());
+        assert!(before.contains("folder/sample.scn") && !after.contains("folder"));
+        assert_eq!(before.replace("folder/sample.scn", "sample.scn"), after);
+        plan.world.safety_m = f64::NAN;
+        assert!(without_folder(&plan, &[]).unwrap_err().to_string().contains("not finite"));
     }
 }

@@ -30,7 +30,13 @@ impl Task {
         self.steps += 1;
         let failure = self.x.abs() == 1.0;
         let reward = -self.x.abs();
-        learner.step(Transition { state: &state, action: &action, reward, next: &[self.x, 1.0], failure })?;
+        learner.step([Transition {
+            state: &state,
+            action: &action,
+            reward,
+            next: &[self.x, 1.0],
+            failure,
+        }])?;
         if failure || self.steps.is_multiple_of(HORIZON) {
             learner.end_episode();
             self.x = if self.x > 0.0 { -0.7 } else { 0.7 };
