@@ -51,8 +51,8 @@ pub fn cells(plan: &Plan) -> Result<Vec<Cell>, StudyError> {
             return Err(StudyError::SameLabel { label: method.label.clone(), at: method.at.clone() });
         }
     }
-    let seeds = u32::try_from(plan.seeds).unwrap_or(u32::MAX);
-    let trained = (0..seeds)
+    let number = |seeds: usize| u32::try_from(seeds).unwrap_or(u32::MAX);
+    let trained = (number(plan.first_seed)..number(plan.first_seed.saturating_add(plan.seeds)))
         .flat_map(|seed| plan.learners.iter().map(move |learner| Cell::new(learner, Role::Learner, seed)));
     let given = plan.controllers.iter().map(|controller| Cell::new(controller, Role::Controller, 0));
     Ok(trained.chain(given).collect())

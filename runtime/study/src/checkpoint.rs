@@ -12,7 +12,7 @@ use crate::record::Training;
 use crate::sealed::{self, Kind};
 use crate::storage::Storage;
 
-const KIND: Kind = Kind { magic: *b"mpgx-chk", format: 1 };
+const KIND: Kind = Kind { magic: *b"mpgx-chk", format: 2 };
 const SLOTS: [&str; 2] = ["checkpoint.0", "checkpoint.1"];
 const LOG: &str = "replay.log";
 
@@ -24,6 +24,8 @@ const LOG: &str = "replay.log";
 pub(crate) struct Course {
     /// Environment steps done.
     pub steps: u64,
+    /// Replay rows pushed: one a step, or one for each member that shares the policy.
+    pub rows: u64,
     /// The episode that is going on.
     pub episode: u32,
     /// The actions taken in it, one after another.

@@ -6,6 +6,7 @@ use mpgx_sim::{Controller, Episode, EpisodeKey, Fault, Mode, SimError, Task, con
 
 use crate::error::{Halt, no_start};
 use crate::record::{Evaluation, Trajectory};
+use crate::team;
 
 /// Episodes that are stepped side by side, so that the policy sees their states as one batch.
 const SIDE_BY_SIDE: usize = 64;
@@ -13,7 +14,7 @@ const SIDE_BY_SIDE: usize = 64;
 /// Episodes recorded whole, for playback.
 const RECORDED: u32 = 3;
 
-/// Collisions count as late after this step.
+/// Collisions and hits count as late after this step.
 const SETTLED: usize = 40;
 
 /// What is evaluated.
@@ -75,17 +76,18 @@ impl<'a> Pilots<'a> {
                 Kind::Controllers((0..count).map(|_| controller(what, task)).collect::<Result<_, _>>()?)
             }
         };
-        let (states, actions) = (vec![0.0; count * task.state_len()], vec![0.0; count * task.action_len()]);
-        Ok(Pilots { kind, states, actions })
+        let states = vec![0.0; count * team::members(task) * task.state_len()];
+        Ok(Pilots { kind, states, actions: vec![0.0; count * task.action_len()] })
     }
 
     fn command(&mut self, task: &Task, runs: &[Run]) {
         match &mut self.kind {
             Kind::Policy(policy) => {
-                for (run, state) in runs.iter().zip(self.states.chunks_exact_mut(task.state_len())) {
-                    task.observe(&run.episode, state);
+                let rows = team::members(task);
+                for (run, states) in runs.iter().zip(self.states.chunks_exact_mut(rows * task.state_len())) {
+                    team::observe(task, &run.episode, states);
                 }
-                policy.act(&self.states, runs.len(), &mut self.actions);
+                policy.act(&self.states, rows * runs.len(), &mut self.actions);
             }
             Kind::Controllers(controllers) => {
                 let actions = self.actions.chunks_exact_mut(task.action_len());
@@ -107,6 +109,8 @@ struct Run {
     collision_steps: u32,
     late_collision_steps: u32,
     outside_steps: u32,
+    hit_steps: u32,
+    late_hit_steps: u32,
     trajectory: Option<Trajectory>,
 }
 
@@ -122,6 +126,8 @@ impl Run {
             collision_steps: 0,
             late_collision_steps: 0,
             outside_steps: 0,
+            hit_steps: 0,
+            late_hit_steps: 0,
             trajectory: (key.episode < RECORDED).then(Trajectory::default),
         };
         run.record_frame(task);
@@ -141,9 +147,13 @@ impl Run {
         if 2 * now > task.horizon() {
             self.error_m += step.error_m;
         }
-        let collided = u32::from(step.collisions > 0);
+        let (collided, hit) = (u32::from(step.collisions > 0), u32::from(team::hits(&step) > 0));
         self.collision_steps += collided;
-        self.late_collision_steps += if now > SETTLED { collided } else { 0 };
+        self.hit_steps += hit;
+        if now > SETTLED {
+            self.late_collision_steps += collided;
+            self.late_hit_steps += hit;
+        }
         self.outside_steps += u32::from(step.outside);
         self.record_frame(task);
         if let Some(trajectory) = &mut self.trajectory {
@@ -174,6 +184,8 @@ impl Run {
         evaluation.collision_steps.push(self.collision_steps);
         evaluation.late_collision_steps.push(self.late_collision_steps);
         evaluation.outside_steps.push(self.outside_steps);
+        evaluation.hit_steps.push(self.hit_steps);
+        evaluation.late_hit_steps.push(self.late_hit_steps);
         evaluation.trajectories.extend(self.trajectory);
     }
 }

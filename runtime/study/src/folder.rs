@@ -26,7 +26,7 @@ const IDENTITY: &str = "plan.hash";
 const SOURCE: &str = "source";
 const SUMMARY: &str = "study.json";
 
-const RECORD: Kind = Kind { magic: *b"mpgx-rec", format: 1 };
+const RECORD: Kind = Kind { magic: *b"mpgx-rec", format: 2 };
 const POLICY: Kind = Kind { magic: *b"mpgx-pol", format: 1 };
 
 /// A study as it lies in its folder. An unfinished one has some of its records and no summary.
@@ -71,7 +71,7 @@ pub fn read_policy(storage: &dyn Storage, cell: &Cell) -> Result<Vec<u8>, StudyE
 }
 
 /// Freezes the Plan and its source, or finds them frozen by an earlier run; gives what is frozen, with the
-/// number of seeds now asked for. Another Plan is refused.
+/// seeds now asked for. Another Plan is refused.
 pub(crate) fn freeze(
     storage: &dyn Storage,
     plan: &Plan,
@@ -87,8 +87,9 @@ pub(crate) fn freeze(
         }
         match read_plan(storage) {
             Ok(mut frozen) if Identity::of(&frozen, master) == *identity => {
-                if frozen.seeds != plan.seeds {
-                    frozen.seeds = plan.seeds;
+                let wanted = (plan.first_seed, plan.seeds);
+                if (frozen.first_seed, frozen.seeds) != wanted {
+                    (frozen.first_seed, frozen.seeds) = wanted;
                     storage.write_atomic(PLAN, frozen.to_ron().as_bytes())?;
                 }
                 return Ok(frozen);

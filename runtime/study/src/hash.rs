@@ -10,14 +10,14 @@ use crate::record::CellRecord;
 use crate::sealed::NUMERICS_VERSION;
 use crate::summary::Summary;
 
-/// What decides every cell: the Plan without the number of seeds, the master seed and the numerics version.
+/// What decides every cell: the Plan without its choice of seeds, the master seed and the numerics version.
 /// Two runs with the same identity may share a folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Identity(pub blake3::Hash);
 
 impl Identity {
     pub fn of(plan: &Plan, master: u64) -> Identity {
-        let meaning = mpgx_lang::meaning_hash(&Plan { seeds: 0, ..plan.clone() });
+        let meaning = mpgx_lang::meaning_hash(&Plan { first_seed: 0, seeds: 0, ..plan.clone() });
         let mut hasher = blake3::Hasher::new();
         hasher.update(meaning.as_bytes());
         hasher.update(&master.to_le_bytes());

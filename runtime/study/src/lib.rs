@@ -5,6 +5,7 @@
 
 mod cell;
 mod checkpoint;
+mod curriculum;
 mod error;
 mod evaluation;
 mod folder;
@@ -19,6 +20,7 @@ pub mod statistics;
 pub mod storage;
 pub mod summarise;
 pub mod summary;
+mod team;
 #[cfg(test)]
 mod tests;
 mod training;

@@ -42,12 +42,24 @@ pub struct Training {
     pub error_m: Vec<f64>,
     /// Sum of each reward term over the episode, in the Plan's order.
     pub terms: Vec<Vec<f64>>,
-    /// Index of the end that stopped it in the Plan's `ends`; `None`: the horizon.
+    /// Index of the end that stopped it (the first that held) in the `ends` of its world; `None`: the horizon.
     pub ended: Vec<Option<u16>>,
+    /// Where each stage of the curriculum ended, in order; one that never ended has no entry.
+    #[serde(default)]
+    pub stages: Vec<StageEnd>,
     /// Updates done in all.
     pub updates: u64,
     /// What the learner says of itself, one entry at each `health.updates`.
     pub health: Health,
+}
+
+/// The end of a stage, always that of an episode.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StageEnd {
+    /// Environment steps done in all.
+    pub steps: u64,
+    /// Episodes done in all.
+    pub episodes: u32,
 }
 
 /// Means since the entry before, at a fixed cadence of updates.
@@ -74,6 +86,12 @@ pub struct Evaluation {
     pub late_collision_steps: Vec<u32>,
     /// Steps with an agent outside its arena.
     pub outside_steps: Vec<u32>,
+    /// Steps in which an agent hit an obstacle.
+    #[serde(default)]
+    pub hit_steps: Vec<u32>,
+    /// The same after step 40.
+    #[serde(default)]
+    pub late_hit_steps: Vec<u32>,
     /// The first few episodes, whole, for playback.
     pub trajectories: Vec<Trajectory>,
 }

@@ -18,7 +18,8 @@ pub struct Summary {
     pub seeds: usize,
     pub failures: Vec<FailedSeed>,
     /// Protocol → method → metric → statistic. Metrics: `return`, `error_m`, `error_over_oracle`,
-    /// `collision_episodes`, `late_collision_episodes`, `outside_episodes`, `reward/<term>`.
+    /// `collision_episodes`, `late_collision_episodes`, `outside_episodes`, `reward/<term>`; where
+    /// there are obstacles, `hit_episodes` and `late_hit_episodes`.
     pub protocols: BTreeMap<String, BTreeMap<String, BTreeMap<String, Statistic>>>,
     pub comparisons: Vec<Comparison>,
     /// By learner.

@@ -1,20 +1,25 @@
 //! Training: a learner acts in a world and learns from what follows, step by step.
 
-use mpgx_lang::plan::Method;
+use mpgx_lang::plan::{Method, Stage};
 use mpgx_learn::{Config, LearnError, Learner, Policy, Transition};
-use mpgx_sim::{Episode, EpisodeKey, Fault, Mode, Task};
+use mpgx_sim::{Episode, EpisodeKey, Fault, Mode};
 
 use crate::cell::Cell;
 use crate::checkpoint::{Course, Restored};
+use crate::curriculum;
 use crate::error::{StudyError, no_start};
-use crate::record::{Health, Training};
+use crate::record::{Health, StageEnd, Training};
+use crate::team;
+use crate::worlds::Ground;
 
 /// Updates between two entries of the learner's health.
 const HEALTH_EVERY: u64 = 500;
 
 /// A learner in its world.
 pub(crate) struct Trainer<'a> {
-    task: &'a Task,
+    /// One for each stage, then the world of training.
+    grounds: &'a [Ground],
+    stages: &'a [Stage],
     method: &'a Method,
     key: EpisodeKey,
     budget: Budget,
@@ -22,8 +27,9 @@ pub(crate) struct Trainer<'a> {
     pub course: Course,
     world: Episode,
     sums: Sums,
-    state: Vec<f32>,
-    action: Vec<f32>,
+    /// Of each member that acts on the policy: `[members][state]`, `[members][action]`.
+    states: Vec<f32>,
+    actions: Vec<f32>,
     next: Vec<f32>,
 }
 
@@ -50,24 +56,32 @@ pub(crate) struct Ended {
 }
 
 impl<'a> Trainer<'a> {
-    pub fn new(task: &'a Task, cell: &'a Cell, master: u64) -> Result<Trainer<'a>, StudyError> {
+    /// `grounds` holds one world for each of `stages`, then the world of training.
+    pub fn new(
+        grounds: &'a [Ground],
+        stages: &'a [Stage],
+        cell: &'a Cell,
+        master: u64,
+    ) -> Result<Trainer<'a>, StudyError> {
         let method = &cell.method;
         let wrong = |error: LearnError| StudyError::Plan { cause: error.to_string(), at: method.at.clone() };
         let config = Config::from_extern(&method.what).map_err(wrong)?;
         let budget = Budget { steps: config.steps, episodes: config.episodes };
-        let (states, actions) = (task.state_len(), task.action_len());
+        let task = &grounds[0].task;
+        let (state, action) = team::sizes(task);
         Ok(Trainer {
-            task,
+            grounds,
+            stages,
             method,
             key: EpisodeKey { master, protocol: 0, seed: cell.seed, episode: 0 },
             budget,
-            learner: Learner::new(config, states, actions, master, cell.seed).map_err(wrong)?,
+            learner: Learner::new(config, state, action, master, cell.seed).map_err(wrong)?,
             course: Course::default(),
             world: task.episode(),
             sums: Sums::default(),
-            state: vec![0.0; states],
-            action: vec![0.0; actions],
-            next: vec![0.0; states],
+            states: Vec::new(),
+            actions: Vec::new(),
+            next: Vec::new(),
         })
     }
 
@@ -76,7 +90,7 @@ impl<'a> Trainer<'a> {
         self.learner.restore(&restored.learner).map_err(|error| self.diverged(error))?;
         self.learner.restore_rows(&restored.rows).map_err(|error| self.diverged(error))?;
         self.course = restored.course;
-        if self.learner.replay_pushed() != self.course.steps {
+        if self.learner.replay_pushed() != self.course.rows {
             let cause = "its replay does not fit its steps".to_string();
             return Err(Fault { cause, at: self.method.at.clone() });
         }
@@ -84,12 +98,18 @@ impl<'a> Trainer<'a> {
             return Ok(());
         }
         self.begin_episode()?;
-        for action in self.course.actions.chunks(self.action.len().max(1)) {
-            let step = self.task.step(&mut self.world, action, Mode::Train);
+        let task = &self.ground().task;
+        for action in self.course.actions.chunks(self.actions.len()) {
+            let step = task.step(&mut self.world, action, Mode::Train);
             self.sums.add(step.reward, step.error_m, self.world.terms());
         }
-        self.task.observe(&self.world, &mut self.state);
+        team::observe(task, &self.world, &mut self.states);
         Ok(())
+    }
+
+    /// Where training goes on now: in the first stage that has not ended, or past all.
+    fn ground(&self) -> &'a Ground {
+        &self.grounds[self.course.training.stages.len()]
     }
 
     pub fn is_done(&self) -> bool {
@@ -98,7 +118,8 @@ impl<'a> Trainer<'a> {
 
     /// The most steps that training may take.
     pub fn most_steps(&self) -> u64 {
-        self.budget.steps.min(self.budget.episodes.saturating_mul(self.task.horizon() as u64))
+        let longest = self.grounds.iter().map(|ground| ground.task.horizon()).max().unwrap_or(0);
+        self.budget.steps.min(self.budget.episodes.saturating_mul(longest as u64))
     }
 
     /// One step of the world and the updates that follow; tells if an episode has ended with it. An episode
@@ -107,26 +128,32 @@ impl<'a> Trainer<'a> {
         if self.course.actions.is_empty() {
             self.begin_episode()?;
         }
-        self.learner.explore(&self.state, &mut self.action);
-        let step = self.task.step(&mut self.world, &self.action, Mode::Train);
+        let Ground { task, failures } = self.ground();
+        self.learner.set_progress(self.progress());
+        self.learner.explore(&self.states, &mut self.actions);
+        let step = task.step(&mut self.world, &self.actions, Mode::Train);
         if let Some(fault) = step.fault {
             return Err(*fault);
         }
         self.sums.add(step.reward, step.error_m, self.world.terms());
-        self.task.observe(&self.world, &mut self.next);
-        self.learner.set_progress(self.progress());
-        let transition = Transition {
-            state: &self.state,
-            action: &self.action,
-            reward: step.reward as f32,
-            next: &self.next,
-            failure: step.ended.is_some(),
-        };
-        self.learner.step(transition).map_err(|error| self.diverged(error))?;
+        team::observe(task, &self.world, &mut self.next);
+        let (state, action) = team::sizes(task);
+        let failure = step.ended.is_some_and(|end| failures[usize::from(end)]);
+        let transitions = (self.states.chunks_exact(state).zip(self.actions.chunks_exact(action)))
+            .zip(self.next.chunks_exact(state).zip(team::rewards(task, &self.world, &step)))
+            .map(|((state, action), (next, reward))| Transition {
+                state,
+                action,
+                reward: *reward as f32,
+                next,
+                failure,
+            });
+        self.learner.step(transitions).map_err(|error| self.diverged(error))?;
         self.note_health();
-        std::mem::swap(&mut self.state, &mut self.next);
-        self.course.actions.extend_from_slice(&self.action);
+        std::mem::swap(&mut self.states, &mut self.next);
+        self.course.actions.extend_from_slice(&self.actions);
         self.course.steps += 1;
+        self.course.rows = self.learner.replay_pushed();
         Ok((step.last || step.ended.is_some()).then(|| self.end_episode(step.ended)))
     }
 
@@ -137,7 +164,7 @@ impl<'a> Trainer<'a> {
         bytes
     }
 
-    /// The replay rows pushed since step `from`; each step pushes one.
+    /// The replay rows pushed from row `from` on.
     pub fn rows_since(&self, from: u64) -> Vec<u8> {
         let mut bytes = Vec::new();
         self.learner.replay_rows(from, &mut bytes);
@@ -153,9 +180,15 @@ impl<'a> Trainer<'a> {
 
     fn begin_episode(&mut self) -> Result<(), Fault> {
         let key = EpisodeKey { episode: self.course.episode, ..self.key };
-        self.task.reset(&mut self.world, key).map_err(no_start)?;
-        self.sums = Sums { terms: vec![0.0; self.task.term_count()], ..Sums::default() };
-        self.task.observe(&self.world, &mut self.state);
+        let task = &self.ground().task;
+        self.world = task.episode();
+        task.reset(&mut self.world, key).map_err(no_start)?;
+        self.sums = Sums { terms: vec![0.0; task.term_count()], ..Sums::default() };
+        let states = team::members(task) * task.state_len();
+        self.states.resize(states, 0.0);
+        self.next.resize(states, 0.0);
+        self.actions.resize(task.action_len(), 0.0);
+        team::observe(task, &self.world, &mut self.states);
         Ok(())
     }
 
@@ -171,6 +204,10 @@ impl<'a> Trainer<'a> {
         training.ended.push(ended);
         self.course.episode += 1;
         self.course.actions.clear();
+        let stage = self.stages.get(training.stages.len());
+        if stage.is_some_and(|stage| curriculum::is_over(stage, training)) {
+            training.stages.push(StageEnd { steps: self.course.steps, episodes: self.course.episode });
+        }
         Ended { total: reward, error_m }
     }
 
@@ -217,21 +254,27 @@ impl Sums {
 
 #[cfg(test)]
 mod tests {
-    use mpgx_lang::plan::{Plan, Setting};
+    use mpgx_lang::plan::{Plan, Setting, Until, World};
 
     use super::*;
     use crate::cell::cells;
     use crate::tests::sample;
+    use crate::worlds::Worlds;
 
     fn trained(plan: &Plan) -> Training {
-        let task = Task::new(plan, &plan.world).unwrap();
+        with_policy(plan).0
+    }
+
+    fn with_policy(plan: &Plan) -> (Training, Vec<u8>) {
+        let worlds = Worlds::new(plan).unwrap();
         let cell = &cells(plan).unwrap()[0];
-        let mut trainer = Trainer::new(&task, cell, 0).unwrap();
+        let mut trainer = Trainer::new(&worlds.training, &plan.stages, cell, 0).unwrap();
         while !trainer.is_done() {
             trainer.step().unwrap_or_else(|fault| panic!("{fault:?}"));
         }
         assert!(trainer.course.steps <= trainer.most_steps());
-        trainer.finish().0
+        let (training, policy) = trainer.finish();
+        (training, policy.to_bytes())
     }
 
     fn set(plan: &mut Plan, setting: &str, value: f64) {
@@ -274,6 +317,47 @@ mod tests {
         let training = trained(&plan);
         assert!(training.ended.iter().all(|end| *end == Some(0)) && training.steps[0] < 7);
         assert!((training.returns[0] - (training.terms[0][0] - 1.0)).abs() < 1e-12);
+    }
+
+    /// Each stage has a horizon of its own, so the lengths of the episodes tell which world they were in.
+    #[test]
+    fn training_goes_through_the_stages_to_the_world_itself() {
+        let mut plan = endless();
+        set(&mut plan, "steps", 60.0);
+        for (horizon, most_steps) in [(3, 8), (5, 5)] {
+            let mut stage = sample::stage(Some(most_steps));
+            stage.world = Box::new(World { horizon, ..plan.world.clone() });
+            plan.stages.push(stage);
+        }
+        let training = trained(&plan);
+        assert_eq!(training.steps, [3, 6, 9, 14, 21, 28, 35, 42, 49, 56]);
+        let ends = training.stages.iter().map(|end| (end.steps, end.episodes));
+        assert_eq!(ends.collect::<Vec<_>>(), [(9, 3), (14, 4)]);
+        // One update a step, but for the first two.
+        assert_eq!(training.updates, 58);
+        // A stage that never ends is where training stays.
+        plan.stages[1].most_steps = None;
+        let until = Until { measure: "error_m".into(), below: true, bound: -1.0, episodes: 1 };
+        plan.stages[1].until = Some(until);
+        let training = trained(&plan);
+        assert_eq!((training.stages.len(), training.steps.last()), (1, Some(&59)));
+    }
+
+    /// What is no failure is learned beyond, as where failures do not count at all.
+    #[test]
+    fn an_end_that_is_no_failure_does_not_cut_the_value() {
+        let run = |failure, terminal_mask| {
+            let mut plan = sample::plan();
+            plan.world.groups[1].speed_mps = (5.0, 6.0);
+            plan.world.ends[0].failure = failure;
+            let mask = Setting::Truth(terminal_mask);
+            plan.learners[0].what.settings.insert("terminal_mask".into(), mask);
+            let (training, policy) = with_policy(&plan);
+            assert!(training.ended.iter().all(|end| *end == Some(0)));
+            policy
+        };
+        assert_eq!(run(false, true), run(true, false));
+        assert_ne!(run(true, true), run(true, false));
     }
 
     #[test]

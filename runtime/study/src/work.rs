@@ -83,7 +83,8 @@ impl Work<'_> {
 
     /// A trainer as far as the last good checkpoint.
     fn resume<'a>(&'a self, cell: &'a Cell) -> Result<(Trainer<'a>, Checkpoints<'a>), StudyError> {
-        let new_trainer = || Trainer::new(&self.worlds.training, cell, self.options.master);
+        let new_trainer =
+            || Trainer::new(&self.worlds.training, &self.plan.stages, cell, self.options.master);
         let new_checkpoints = || Checkpoints::new(self.storage, cell, &self.study);
         let (mut trainer, mut checkpoints) = (new_trainer()?, new_checkpoints()?);
         let (restored, warnings) = checkpoints.load()?;
@@ -100,7 +101,8 @@ impl Work<'_> {
 
     fn train(&self, cell: &Cell, trainer: &mut Trainer, checkpoints: &mut Checkpoints) -> Result<(), Halt> {
         let (began, earlier) = (Instant::now(), trainer.course.seconds);
-        let (most, mut saved) = (trainer.most_steps(), trainer.course.steps);
+        let (most, mut saved, mut saved_rows) =
+            (trainer.most_steps(), trainer.course.steps, trainer.course.rows);
         let mut saved_at = earlier;
         while !trainer.is_done() {
             let interrupted = self.is_interrupted();
@@ -108,8 +110,8 @@ impl Work<'_> {
             let (steps, seconds) = (trainer.course.steps, trainer.course.seconds);
             let due = steps - saved >= self.options.checkpoint_steps || seconds - saved_at >= MOST_SECONDS;
             if steps > saved && (interrupted || due) {
-                checkpoints.save(&trainer.course, &trainer.save(), &trainer.rows_since(saved))?;
-                (saved, saved_at) = (steps, seconds);
+                checkpoints.save(&trainer.course, &trainer.save(), &trainer.rows_since(saved_rows))?;
+                (saved, saved_rows, saved_at) = (steps, trainer.course.rows, seconds);
                 tracing::debug!(cell = cell.id, steps, "checkpoint");
             }
             if interrupted {

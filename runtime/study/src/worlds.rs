@@ -1,10 +1,12 @@
 //! The worlds of a Plan, compiled and checked before anything is written or trained.
 
-use mpgx_lang::plan::{Place, Plan};
+use mpgx_lang::plan::{Place, Plan, Stage, World};
 use mpgx_learn::Config;
 use mpgx_sim::{Task, controller};
 
+use crate::curriculum::MEASURES;
 use crate::error::StudyError;
+use crate::team;
 
 /// A study with more seeds is a slip of the pen.
 const MOST_SEEDS: usize = 100_000;
@@ -13,16 +15,31 @@ const MOST_PROTOCOLS: usize = u16::MAX as usize;
 const MOST_EPISODES: usize = u32::MAX as usize;
 
 pub(crate) struct Worlds {
-    pub training: Task,
+    /// The stages of the curriculum in order, then the world of training.
+    pub training: Vec<Ground>,
     /// In the order of the Plan's protocols.
     pub held_out: Vec<Task>,
+}
+
+/// A world to train in.
+pub(crate) struct Ground {
+    pub task: Task,
+    /// Of each end, whether it is a failure.
+    pub failures: Vec<bool>,
+}
+
+impl Ground {
+    fn new(plan: &Plan, world: &World, at: &Place) -> Result<Ground, StudyError> {
+        let task = Task::new(plan, world).or_else(|why| wrong(why, at))?;
+        Ok(Ground { task, failures: world.ends.iter().map(|end| end.failure).collect() })
+    }
 }
 
 impl Worlds {
     /// Compiles all worlds and checks whatever a cell will need.
     pub fn new(plan: &Plan) -> Result<Worlds, StudyError> {
         let nowhere = Place::default();
-        if plan.seeds > MOST_SEEDS {
+        if plan.first_seed.saturating_add(plan.seeds) > MOST_SEEDS {
             return wrong(
                 format!("{} seeds are asked for; at most {MOST_SEEDS} are possible", plan.seeds),
                 &nowhere,
@@ -31,8 +48,8 @@ impl Worlds {
         if plan.protocols.len() > MOST_PROTOCOLS {
             return wrong(format!("at most {MOST_PROTOCOLS} evaluations are possible"), &nowhere);
         }
-        let training = Task::new(plan, &plan.world).or_else(|why| wrong(why, &nowhere))?;
-        if training.action_len() == 0 || training.state_len() == 0 {
+        let main = Ground::new(plan, &plan.world, &nowhere)?;
+        if main.task.action_len() == 0 || main.task.state_len() == 0 {
             return wrong("nobody is controlled by the policy, or nothing is observed", &nowhere);
         }
         for method in &plan.learners {
@@ -48,18 +65,49 @@ impl Worlds {
             }
             let world = protocol.world.as_deref().unwrap_or(&plan.world);
             let task = Task::new(plan, world).or_else(|why| wrong(why, &nowhere))?;
-            let sizes = |task: &Task| (task.state_len(), task.action_len(), task.term_count());
-            if sizes(&task) != sizes(&training) {
-                let cause = format!("`{}` has another state, action or reward than training", protocol.name);
-                return wrong(cause, &protocol.at);
-            }
+            fits(&task, &main.task, &protocol.name, &protocol.at)?;
             for method in &plan.controllers {
                 controller(&method.what, &task).or_else(|why| wrong(why, &method.at))?;
             }
             held_out.push(task);
         }
+        let stages = plan.stages.iter().map(|stage| ground_of(plan, stage, &main.task));
+        let mut training = stages.collect::<Result<Vec<Ground>, StudyError>>()?;
+        training.push(main);
         Ok(Worlds { training, held_out })
     }
+}
+
+fn ground_of(plan: &Plan, stage: &Stage, main: &Task) -> Result<Ground, StudyError> {
+    let ground = Ground::new(plan, &stage.world, &stage.at)?;
+    fits(&ground.task, main, &stage.name, &stage.at)?;
+    match &stage.until {
+        None if stage.most_steps.is_none() => wrong(format!("stage `{}` has no end", stage.name), &stage.at),
+        Some(until) if until.episodes == 0 || !until.bound.is_finite() => wrong(
+            format!("stage `{}` cannot be judged by its bound over its episodes", stage.name),
+            &stage.at,
+        ),
+        Some(until) if !MEASURES.contains(&until.measure.as_str()) => {
+            let (name, measure) = (&stage.name, &until.measure);
+            let cause = format!("stage `{name}` ends by `{measure}`; there are {}", MEASURES.join(", "));
+            wrong(cause, &stage.at)
+        }
+        _ => Ok(ground),
+    }
+}
+
+/// One policy must do in both worlds. Where it is shared, the number of those who share it may differ.
+fn fits(task: &Task, main: &Task, name: &str, at: &Place) -> Result<(), StudyError> {
+    let sizes = |task: &Task| (team::sizes(task), task.term_count());
+    if sizes(task) == sizes(main) {
+        return Ok(());
+    }
+    let (((state, action), terms), ((state_main, action_main), terms_main)) = (sizes(task), sizes(main));
+    let cause = format!(
+        "`{name}` has {state} numbers of state, {action} of action and {terms} reward terms, training has \
+         {state_main}, {action_main} and {terms_main}; they must be the same"
+    );
+    wrong(cause, at)
 }
 
 fn wrong<T>(cause: impl std::fmt::Display, at: &Place) -> Result<T, StudyError> {

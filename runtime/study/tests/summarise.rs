@@ -53,6 +53,8 @@ fn evaluation(returned: f64, error_m: f64) -> Evaluation {
         collision_steps: vec![0, 3],
         late_collision_steps: vec![0, 0],
         outside_steps: vec![1, 1],
+        hit_steps: vec![2, 5],
+        late_hit_steps: vec![0, 1],
         trajectories: vec![],
     }
 }
@@ -418,4 +420,18 @@ fn speed_is_of_the_training_alone() {
     assert_eq!((of_mpg.updates, of_mpg.updates_per_s_per_core), (4000, 1000.0));
     assert_eq!(of_mpg.seconds_per_seed, [1.0, 3.0]);
     assert!(!summary.training.contains_key("td3"));
+}
+
+#[test]
+fn hits_are_told_where_there_is_something_to_hit() {
+    let mut records = Records::new();
+    (0..5).for_each(|seed| add(&mut records, "mpg", seed, evaluation(1.0, 0.5)));
+    let mut plan = plan(&["mpg"], &[], vec![]);
+    let metrics =
+        |plan: &Plan| summarise(plan, &records, &BTreeMap::new()).protocols["random"]["mpg"].clone();
+    assert!(!metrics(&plan).contains_key("hit_episodes"));
+    let pillar = Group { size: 1, solid: Some(Solid::Disc { radius_m: 0.1 }), ..Group::default() };
+    plan.world.groups.push(pillar);
+    let metrics = metrics(&plan);
+    assert_eq!((metrics["hit_episodes"].mean, metrics["late_hit_episodes"].mean), (1.0, 0.5));
 }

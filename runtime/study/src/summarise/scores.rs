@@ -84,6 +84,10 @@ fn metrics(plan: &Plan, protocol: &Protocol, records: &BTreeMap<String, CellReco
         ));
     }
     let world = protocol.world.as_deref().unwrap_or(&plan.world);
+    if world.groups.iter().any(|group| group.solid.is_some()) {
+        metrics.push(("hit_episodes".into(), Box::new(|held_out| share(&held_out.hit_steps))));
+        metrics.push(("late_hit_episodes".into(), Box::new(|held_out| share(&held_out.late_hit_steps))));
+    }
     for (k, term) in world.reward.iter().enumerate() {
         let sum_of_term = move |terms: &Vec<f64>| terms.get(k).copied().unwrap_or(f64::NAN);
         metrics.push((

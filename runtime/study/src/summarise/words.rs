@@ -8,6 +8,7 @@ pub(super) fn quantity(value: f64, metric: &str) -> String {
         "error_m" => format!("{} m", significant(value)),
         "error_over_oracle" => format!("{} times the oracle's", significant(value)),
         "collision_episodes" | "late_collision_episodes" | "outside_episodes" => percent(value),
+        "hit_episodes" | "late_hit_episodes" => percent(value),
         _ => significant(value),
     }
 }
@@ -18,6 +19,8 @@ pub(super) fn name(metric: &str) -> String {
         "error_m" | "error_over_oracle" => "error".to_string(),
         "collision_episodes" => "share of episodes with a collision".to_string(),
         "late_collision_episodes" => "share of episodes with a late collision".to_string(),
+        "hit_episodes" => "share of episodes with a hit on an obstacle".to_string(),
+        "late_hit_episodes" => "share of episodes with a late hit on an obstacle".to_string(),
         "outside_episodes" => "share of episodes with an agent outside its arena".to_string(),
         _ => metric.strip_prefix("reward/").map_or(metric.to_string(), |term| format!("reward term {term}")),
     }
