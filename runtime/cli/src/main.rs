@@ -1,9 +1,11 @@
 //! `mpgx`: one file a verb in `verbs/`. A verb gives an exit code or a failure with a remedy.
 
 mod failure;
+mod forecast;
 mod progress;
 mod provenance;
 mod scenario;
+mod seeds;
 mod table;
 mod verbs;
 

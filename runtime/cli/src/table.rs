@@ -1,5 +1,6 @@
 //! The table at the end of a run.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use mpgx_study::summary::{Statistic, Summary};
@@ -8,25 +9,9 @@ use mpgx_study::summary::{Statistic, Summary};
 pub fn results(summary: &Summary) -> String {
     let mut out = String::new();
     for (protocol, methods) in &summary.protocols {
-        let width = methods.keys().map(|label| label.chars().count()).max().unwrap_or(0).max(6);
-        let _ = writeln!(
-            out,
-            "\n{protocol:<width$}  {:>24}  {:>9}  {:>9}  {:>10}",
-            "return [95 %]", "error", "× oracle", "collisions"
-        );
-        for (label, metrics) in methods {
-            let cell = |name: &str, show: &dyn Fn(&Statistic) -> String| {
-                metrics.get(name).map_or("–".to_string(), show)
-            };
-            let _ = writeln!(
-                out,
-                "{label:<width$}  {:>24}  {:>9}  {:>9}  {:>10}",
-                cell("return", &interval),
-                cell("error_m", &|error| format!("{:.1} mm", 1000.0 * error.iqm)),
-                cell("error_over_oracle", &|ratio| format!("{:.3}", ratio.iqm)),
-                cell("collision_episodes", &|share| format!("{:.1} %", 100.0 * share.mean)),
-            );
-        }
+        let lines = methods.iter().map(|(label, metrics)| (label.clone(), metrics));
+        out += "\n";
+        out += &measured(protocol, lines.collect());
     }
     if !summary.comparisons.is_empty() {
         out += "\n";
@@ -57,6 +42,53 @@ pub fn results(summary: &Summary) -> String {
             "\n✗ {} seed {} failed at step {}: {} ({})",
             failure.algorithm, failure.seed, failure.step, failure.cause, failure.at
         );
+    }
+    out
+}
+
+/// Several studies with what each measured: by protocol, a line a study and method.
+pub fn side_by_side(studies: &[(String, Summary)]) -> String {
+    let mut protocols: Vec<&String> = Vec::new();
+    for protocol in studies.iter().flat_map(|(_, summary)| summary.protocols.keys()) {
+        if !protocols.contains(&protocol) {
+            protocols.push(protocol);
+        }
+    }
+    let mut tables = Vec::new();
+    for protocol in protocols {
+        let mut lines = Vec::new();
+        for (name, summary) in studies {
+            let methods = summary.protocols.get(protocol).into_iter().flatten();
+            lines.extend(methods.map(|(label, metrics)| (format!("{name}: {label}"), metrics)));
+        }
+        tables.push(measured(protocol, lines));
+    }
+    tables.join("\n")
+}
+
+/// One line each, under a head; hits only where there was something to hit.
+fn measured(head: &str, lines: Vec<(String, &BTreeMap<String, Statistic>)>) -> String {
+    let width = lines.iter().map(|(label, _)| label.chars().count()).chain([head.chars().count(), 6]).max();
+    let width = width.unwrap_or(0);
+    let hits = lines.iter().any(|(_, metrics)| metrics.contains_key("hit_episodes"));
+    let row = |label: &str, cells: [&str; 5]| {
+        let [total, error, ratio, collisions, hit] = cells;
+        let hit = if hits { format!("  {hit:>8}") } else { String::new() };
+        format!("{label:<width$}  {total:>24}  {error:>9}  {ratio:>9}  {collisions:>10}{hit}\n")
+    };
+    let mut out = row(head, ["return [95 %]", "error", "× oracle", "collisions", "hits"]);
+    for (label, metrics) in &lines {
+        let cell =
+            |name: &str, show: &dyn Fn(&Statistic) -> String| metrics.get(name).map_or("–".to_string(), show);
+        let share = |share: &Statistic| format!("{:.1} %", 100.0 * share.mean);
+        let cells = [
+            cell("return", &interval),
+            cell("error_m", &|error| format!("{:.1} mm", 1000.0 * error.iqm)),
+            cell("error_over_oracle", &|ratio| format!("{:.3}", ratio.iqm)),
+            cell("collision_episodes", &share),
+            cell("hit_episodes", &share),
+        ];
+        out += &row(label, cells.each_ref().map(String::as_str));
     }
     out
 }

@@ -1,6 +1,8 @@
 //! Cells: what a study is made of. One method, trained with one seed; or a controller, once.
 
-use mpgx_lang::plan::{Method, Plan};
+use std::collections::BTreeSet;
+
+use mpgx_lang::plan::{Method, Place, Plan};
 
 use crate::error::StudyError;
 use crate::hash::Identity;
@@ -41,19 +43,30 @@ impl Cell {
 
 /// The cells of a Plan, the long ones (learners) first, all methods of one seed together.
 pub fn cells(plan: &Plan) -> Result<Vec<Cell>, StudyError> {
-    let methods = || plan.learners.iter().chain(&plan.controllers);
-    for (index, method) in methods().enumerate() {
-        let plain = |letter: char| letter.is_ascii_alphanumeric() || "_-".contains(letter);
-        if method.label.is_empty() || method.label.len() > 100 || !method.label.chars().all(plain) {
-            return Err(StudyError::Label { label: method.label.clone(), at: method.at.clone() });
-        }
-        if methods().take(index).any(|other| other.label == method.label) {
-            return Err(StudyError::SameLabel { label: method.label.clone(), at: method.at.clone() });
-        }
-    }
+    let methods = plan.learners.iter().chain(&plan.controllers);
+    check_names("methods", methods.map(|method| (&method.label, &method.at)))?;
     let number = |seeds: usize| u32::try_from(seeds).unwrap_or(u32::MAX);
     let trained = (number(plan.first_seed)..number(plan.first_seed.saturating_add(plan.seeds)))
         .flat_map(|seed| plan.learners.iter().map(move |learner| Cell::new(learner, Role::Learner, seed)));
     let given = plan.controllers.iter().map(|controller| Cell::new(controller, Role::Controller, 0));
     Ok(trained.chain(given).collect())
+}
+
+/// Names that become folders: plain, and each once. `what` they are, in the plural.
+pub(crate) fn check_names<'a>(
+    what: &'static str,
+    names: impl Iterator<Item = (&'a String, &'a Place)>,
+) -> Result<(), StudyError> {
+    let plain = |letter: char| letter.is_ascii_alphanumeric() || "_-".contains(letter);
+    let mut seen = BTreeSet::new();
+    for (name, at) in names {
+        let (label, at) = (name.clone(), at.clone());
+        if name.is_empty() || name.len() > 100 || !name.chars().all(plain) {
+            return Err(StudyError::Label { label, at });
+        }
+        if !seen.insert(name) {
+            return Err(StudyError::SameLabel { what, label, at });
+        }
+    }
+    Ok(())
 }

@@ -20,8 +20,8 @@ pub enum StudyError {
     #[error("`{label}` cannot name a folder; use letters, digits, `_` and `-`{}", suffix(at))]
     Label { label: String, at: Place },
 
-    #[error("two methods are called `{label}`; give one another name{}", suffix(at))]
-    SameLabel { label: String, at: Place },
+    #[error("two {what} are called `{label}`; give one another name{}", suffix(at))]
+    SameLabel { what: &'static str, label: String, at: Place },
 
     #[error("the source file `{name}` cannot be kept under that name; give it a plain relative path")]
     SourceName { name: String },

@@ -12,7 +12,7 @@ use crate::team;
 const SIDE_BY_SIDE: usize = 64;
 
 /// Episodes recorded whole, for playback.
-const RECORDED: u32 = 3;
+pub(crate) const RECORDED: u32 = 3;
 
 /// Collisions and hits count as late after this step.
 const SETTLED: usize = 40;

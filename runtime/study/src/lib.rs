@@ -7,6 +7,7 @@ mod cell;
 mod checkpoint;
 mod curriculum;
 mod error;
+mod estimate;
 mod evaluation;
 mod folder;
 mod hash;
@@ -24,14 +25,17 @@ mod team;
 #[cfg(test)]
 mod tests;
 mod training;
+mod variants;
 mod work;
 mod worlds;
 
 pub use cell::{Cell, CellId, Role, cells};
 pub use error::StudyError;
+pub use estimate::{Estimate, estimate, seconds};
 pub use folder::{Study, load, read_policy};
 pub use hash::study_hash;
 pub use owner::Owner;
 pub use progress::{Progress, Silent};
 pub use run::{Options, Outcome, REPORTING_MASTER, run};
 pub use sealed::{Damage, NUMERICS_VERSION};
+pub use variants::{Part, parts};

@@ -122,6 +122,16 @@ impl<'a> Trainer<'a> {
         self.budget.steps.min(self.budget.episodes.saturating_mul(longest as u64))
     }
 
+    pub fn config(&self) -> &Config {
+        self.learner.config()
+    }
+
+    /// Bytes of the learner's state, of its policy and of a replay row.
+    pub fn bytes(&self) -> (u64, u64, u64) {
+        let policy = self.learner.policy().to_bytes().len();
+        (self.save().len() as u64, policy as u64, self.learner.row_bytes() as u64)
+    }
+
     /// One step of the world and the updates that follow; tells if an episode has ended with it. An episode
     /// that the budget cuts short leaves no entry in the record.
     pub fn step(&mut self) -> Result<Option<Ended>, Fault> {

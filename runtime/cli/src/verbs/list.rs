@@ -37,18 +37,13 @@ pub fn run(args: Args) -> Result<Exit, Failure> {
             }
         }
         What::Runs => {
-            let mut runs: Vec<String> = match std::fs::read_dir("runs") {
-                Ok(entries) => entries
-                    .filter_map(|entry| entry.ok())
-                    .filter(|entry| entry.path().join("plan.ron").is_file())
-                    .map(|entry| entry.file_name().to_string_lossy().into_owned())
-                    .collect(),
-                Err(_) => Vec::new(),
-            };
-            runs.sort();
-            for run in runs {
-                let done = Path::new("runs").join(&run).join("study.json").is_file();
-                println!("{run:<20} {}", if done { "finished" } else { "unfinished" });
+            for run in studies_in(Path::new("runs")) {
+                let folder = Path::new("runs").join(&run);
+                println!("{run:<20} {}", state(&folder));
+                let variants = folder.join("variants");
+                for variant in studies_in(&variants) {
+                    println!("  variant {variant:<10} {}", state(&variants.join(&variant)));
+                }
             }
         }
     }
@@ -58,4 +53,18 @@ pub fn run(args: Args) -> Result<Exit, Failure> {
 /// The first line of the `//!` comment.
 fn first_line(text: &str) -> &str {
     text.lines().next().and_then(|line| line.strip_prefix("//!")).map_or("", str::trim)
+}
+
+/// The folders in `folder` that hold a study, in order; none if it cannot be read.
+fn studies_in(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().filter_map(|entry| entry.ok());
+    let studies = entries.filter(|entry| entry.path().join("plan.ron").is_file());
+    let mut studies: Vec<String> =
+        studies.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    studies.sort();
+    studies
+}
+
+fn state(folder: &Path) -> &'static str {
+    if folder.join("study.json").is_file() { "finished" } else { "unfinished" }
 }

@@ -1,4 +1,4 @@
-//! `mpgx run`: compile, train, evaluate, report.
+//! `mpgx run`: compile, train, evaluate, report; the scenario itself, then its variants.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -7,13 +7,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use mpgx_lang::Override;
 use mpgx_lang::plan::{Plan, Setting};
 use mpgx_study::storage::RealDisk;
-use mpgx_study::{Options, Outcome, Study, cells};
+use mpgx_study::summary::Summary;
+use mpgx_study::{Options, Outcome, Part, Study, cells, parts};
 
 use crate::failure::{Exit, Failure};
 use crate::progress::Display;
+use crate::seeds::Seeds;
 use crate::verbs::compile::parse_override;
 use crate::verbs::report::write_report;
-use crate::{provenance, scenario, table};
+use crate::{forecast, provenance, scenario, table};
 
 #[derive(clap::Args)]
 #[command(after_help = "Example: mpgx run square_unison.scn --seeds 20 --set side=0.5m")]
@@ -21,15 +23,18 @@ pub struct Args {
     /// A scenario file, or the name of a built-in scenario
     #[arg(value_name = "FILE|NAME")]
     scenario: String,
-    /// Number of seeds; with more than before only the new ones are trained
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    seeds: Option<u32>,
+    /// How many seeds, or which: A..B is A to B - 1; only those not trained before are trained
+    #[arg(long, value_name = "N|A..B")]
+    seeds: Option<Seeds>,
     /// Only these methods of the scenario, for example mpg,oracle
     #[arg(long, value_delimiter = ',', value_name = "A,B")]
     algorithms: Vec<String>,
     /// Another value for a parameter
     #[arg(long, value_name = "NAME=VALUE", value_parser = parse_override)]
     set: Vec<Override>,
+    /// Only this variant of the scenario; may be given several times
+    #[arg(long, value_name = "NAME")]
+    variant: Vec<String>,
     /// Folder of the study [default: runs/<scenario>]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -45,53 +50,98 @@ pub struct Args {
 }
 
 pub fn run(args: Args) -> Result<Exit, Failure> {
-    let (mut plan, compilation) = scenario::plan(&args.scenario, &args.set)?;
-    choose(&mut plan, &args)?;
+    let (plan, compilation) = scenario::plan(&args.scenario, &args.set)?;
+    let parts = chosen(&plan, &args)?;
     let folder = args.out.clone().unwrap_or_else(|| Path::new("runs").join(&plan.name));
-    let planned = cells(&plan).map_err(|error| Failure::new(Exit::BadInput, error.to_string()))?.len();
-    eprintln!(
-        "{}: {} seeds of {}; {planned} cells; into {}",
-        plan.name,
-        plan.seeds,
-        plan.learners.iter().map(|learner| learner.label.as_str()).collect::<Vec<_>>().join(", "),
-        folder.display()
-    );
-    if args.dry_run {
-        return Ok(Exit::Done);
-    }
-    let source = scenario::files(&compilation);
-    let storage = RealDisk::new(&folder);
-    let mut options = Options { interrupt: interrupt_flag()?, ..Options::default() };
+    let mut options = Options::default();
     if let Some(threads) = args.threads {
         options.threads = threads as usize;
     }
-    let display = Display::new(planned);
-    match mpgx_study::run(&plan, &source, &storage, &options, &display)? {
+    eprint!("{}", forecast::of(&parts, &folder, options.threads)?);
+    if args.dry_run {
+        return Ok(Exit::Done);
+    }
+    options.interrupt = interrupt_flag()?;
+    let source = scenario::files(&compilation);
+    let mut exit = Exit::Done;
+    let mut summaries: Vec<(String, Summary)> = Vec::new();
+    for part in &parts {
+        if parts.len() > 1 {
+            eprintln!("\n{}", forecast::name(part));
+        }
+        let Some(study) = run_part(part, &source, &folder.join(&part.folder), &options)? else {
+            return Ok(Exit::Interrupted);
+        };
+        let Some(summary) = study.summary else {
+            return Err(Failure::new(Exit::Internal, "the finished study has no summary"));
+        };
+        if !(summary.failures.is_empty() && summary.expect.iter().all(|claim| claim.holds)) {
+            exit = Exit::NotAsExpected;
+        }
+        summaries.push((forecast::name(part), summary));
+    }
+    if summaries.len() > 1 {
+        print!("\n{}", table::side_by_side(&summaries));
+    }
+    Ok(exit)
+}
+
+/// Runs one study and writes its report; `None` if it was interrupted.
+fn run_part(
+    part: &Part,
+    source: &[(String, String)],
+    folder: &Path,
+    options: &Options,
+) -> Result<Option<Study>, Failure> {
+    let storage = RealDisk::new(folder);
+    let display = Display::new(cells(&part.plan)?.len());
+    match mpgx_study::run(&part.plan, source, &storage, options, &display)? {
         Outcome::Interrupted { finished, cells } => {
             eprintln!("interrupted: {finished} of {cells} cells are done; the same command goes on");
-            Ok(Exit::Interrupted)
+            Ok(None)
         }
         Outcome::Finished(study) => {
             if display.trained() {
                 provenance::keep(&storage, &provenance::of_this_run(options.threads, display.elapsed_s()))?;
             }
-            finish(&study, &folder, &storage)
+            let report = write_report(&study, folder, &storage)?;
+            if let Some(summary) = &study.summary {
+                anstream::print!("{}", table::results(summary));
+                println!("\nstudy hash {}\nreport     {}", summary.study_hash, report.display());
+            }
+            Ok(Some(*study))
         }
     }
 }
 
-/// Applies `--seeds`, `--algorithms` and `--episodes`.
-fn choose(plan: &mut Plan, args: &Args) -> Result<(), Failure> {
+/// The studies of a scenario that are asked for, with `--seeds`, `--algorithms` and `--episodes`.
+fn chosen(plan: &Plan, args: &Args) -> Result<Vec<Part>, Failure> {
+    let mut parts = parts(plan)?;
+    let variants = || plan.variants.iter().map(|variant| variant.name.as_str());
+    if let Some(unknown) = args.variant.iter().find(|name| !variants().any(|variant| variant == *name)) {
+        let known = variants().collect::<Vec<_>>().join(", ");
+        return Err(Failure::new(Exit::BadInput, format!("the scenario has no variant `{unknown}`"))
+            .help(if known.is_empty() { "it has none".into() } else { format!("it has {known}") }));
+    }
+    if !args.variant.is_empty() {
+        parts.retain(|part| args.variant.contains(&part.variant));
+    }
+    let labels = parts.iter().flat_map(|part| part.plan.learners.iter().chain(&part.plan.controllers));
+    let mut labels: Vec<&str> = labels.map(|method| method.label.as_str()).collect();
+    labels.dedup();
+    if let Some(unknown) = args.algorithms.iter().find(|name| !labels.contains(&name.as_str())) {
+        return Err(Failure::new(Exit::BadInput, format!("the scenario has no method `{unknown}`"))
+            .help(format!("it has {}", labels.join(", "))));
+    }
+    parts.iter_mut().for_each(|part| adjust(&mut part.plan, args));
+    Ok(parts)
+}
+
+fn adjust(plan: &mut Plan, args: &Args) {
     if let Some(seeds) = args.seeds {
-        plan.seeds = seeds as usize;
+        (plan.first_seed, plan.seeds) = (seeds.first, seeds.count);
     }
     if !args.algorithms.is_empty() {
-        let labels: Vec<String> =
-            plan.learners.iter().chain(&plan.controllers).map(|method| method.label.clone()).collect();
-        if let Some(unknown) = args.algorithms.iter().find(|name| !labels.contains(name)) {
-            return Err(Failure::new(Exit::BadInput, format!("the scenario has no method `{unknown}`"))
-                .help(format!("it has {}", labels.join(", "))));
-        }
         plan.learners.retain(|method| args.algorithms.contains(&method.label));
         plan.controllers.retain(|method| args.algorithms.contains(&method.label));
     }
@@ -100,18 +150,6 @@ fn choose(plan: &mut Plan, args: &Args) -> Result<(), Failure> {
             learner.what.settings.insert("episodes".to_string(), Setting::Number(f64::from(episodes)));
         }
     }
-    Ok(())
-}
-
-fn finish(study: &Study, folder: &Path, storage: &RealDisk) -> Result<Exit, Failure> {
-    let Some(summary) = &study.summary else {
-        return Err(Failure::new(Exit::Internal, "the finished study has no summary"));
-    };
-    let report = write_report(study, folder, storage)?;
-    anstream::print!("{}", table::results(summary));
-    println!("\nstudy hash {}\nreport     {}", summary.study_hash, report.display());
-    let as_expected = summary.failures.is_empty() && summary.expect.iter().all(|claim| claim.holds);
-    Ok(if as_expected { Exit::Done } else { Exit::NotAsExpected })
 }
 
 /// A flag that Ctrl-C and SIGTERM raise; a second Ctrl-C stops at once.

@@ -1,0 +1,120 @@
+//! What a run is going to do, told before it does it.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use mpgx_study::storage::RealDisk;
+use mpgx_study::{Cell, Part, cells, estimate, load, seconds};
+
+use crate::failure::Failure;
+
+/// One line a study, then what those cells will take that are not finished yet.
+pub fn of(parts: &[Part], folder: &Path, threads: usize) -> Result<String, Failure> {
+    let mut out = String::new();
+    let (mut steps, mut updates, mut memory, mut disk, mut room) = (0, 0, 0, 0, 0);
+    let (mut all, mut left, mut time_s) = (0, 0, 0.0);
+    for part in parts {
+        let (plan, into) = (&part.plan, folder.join(&part.folder));
+        let planned = cells(plan)?;
+        let _ = writeln!(
+            out,
+            "{}: {} of {}; {}; into {}",
+            name(part),
+            plural(plan.seeds, "seed"),
+            plan.learners.iter().map(|learner| learner.label.as_str()).collect::<Vec<_>>().join(", "),
+            plural(planned.len(), "cell"),
+            into.display()
+        );
+        all += planned.len();
+        let todo = unfinished(planned, &into);
+        let it = estimate(plan, &todo, threads)?;
+        if todo.is_empty() {
+            continue;
+        }
+        left += todo.len();
+        (steps, updates) = (steps + it.steps, updates + it.updates);
+        room = room.max(disk + it.most_disk_bytes);
+        disk += it.disk_bytes;
+        memory = memory.max(it.memory_bytes);
+        time_s += seconds(plan, &todo, threads)?;
+    }
+    if parts.len() > 1 {
+        let _ = writeln!(out, "in all {} of {}", plural(all, "cell"), plural(parts.len(), "study"));
+    }
+    if left > 0 {
+        let already =
+            if left < all { format!(" for the {} left", plural(left, "cell")) } else { String::new() };
+        let _ = writeln!(
+            out,
+            "at most {} steps, {} updates, {} of memory, {} of disk ({} while it runs); about {}{already}",
+            count(steps),
+            count(updates),
+            bytes(memory),
+            bytes(disk),
+            bytes(room),
+            time(time_s),
+        );
+    }
+    Ok(out)
+}
+
+/// The scenario's name, or `variant wide`.
+pub fn name(part: &Part) -> String {
+    match part.variant.as_str() {
+        "" => part.plan.name.clone(),
+        variant => format!("variant {variant}"),
+    }
+}
+
+/// The cells without a record in a study's folder; all of them if it holds none.
+fn unfinished(planned: Vec<Cell>, folder: &Path) -> Vec<Cell> {
+    let Ok(study) = load(&RealDisk::new(folder)) else { return planned };
+    planned.into_iter().filter(|cell| !study.records.contains_key(&cell.id)).collect()
+}
+
+fn plural(count: usize, thing: &str) -> String {
+    match (count, thing) {
+        (1, _) => format!("1 {thing}"),
+        (_, "study") => format!("{count} studies"),
+        _ => format!("{count} {thing}s"),
+    }
+}
+
+/// Digits in groups of three.
+fn count(number: u64) -> String {
+    let digits = number.to_string();
+    let groups: Vec<&str> =
+        digits.as_bytes().rchunks(3).rev().filter_map(|group| str::from_utf8(group).ok()).collect();
+    groups.join(",")
+}
+
+fn bytes(bytes: u64) -> String {
+    let (value, unit) = match bytes {
+        0..1_000_000 => (bytes as f64 / 1e3, "kB"),
+        1_000_000..1_000_000_000 => (bytes as f64 / 1e6, "MB"),
+        _ => (bytes as f64 / 1e9, "GB"),
+    };
+    if value < 10.0 { format!("{value:.1} {unit}") } else { format!("{value:.0} {unit}") }
+}
+
+fn time(seconds: f64) -> String {
+    match seconds {
+        ..1.0 => "a second".into(),
+        ..100.0 => format!("{seconds:.0} s"),
+        ..6000.0 => format!("{:.0} min", seconds / 60.0),
+        _ => format!("{:.1} h", seconds / 3600.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantities_are_short() {
+        assert_eq!([0, 999, 1000, 1234567].map(count), ["0", "999", "1,000", "1,234,567"]);
+        assert_eq!([1, 12_345_678, 2_500_000_000].map(bytes), ["0.0 kB", "12 MB", "2.5 GB"]);
+        assert_eq!([0.2, 42.4, 600.0, 7200.0].map(time), ["a second", "42 s", "10 min", "2.0 h"]);
+        assert_eq!((plural(1, "cell"), plural(3, "study")), ("1 cell".into(), "3 studies".into()));
+    }
+}
