@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use mpgx_lang::plan::{Plan, World};
-use mpgx_sim::EpisodeKey;
+use mpgx_lang::plan::Plan;
+use mpgx_sim::{EpisodeKey, Task};
 
 use crate::cell::{Cell, Role};
 use crate::error::StudyError;
@@ -51,7 +51,8 @@ struct OfCell {
 pub fn estimate(plan: &Plan, cells: &[Cell], threads: usize) -> Result<Estimate, StudyError> {
     let worlds = Worlds::new(plan)?;
     let held_out: u64 = (plan.protocols.iter())
-        .map(|protocol| held_out_bytes(protocol.world.as_deref().unwrap_or(&plan.world), protocol.episodes))
+        .zip(&worlds.held_out)
+        .map(|(protocol, task)| held_out_bytes(task, protocol.episodes))
         .sum();
     let records = cells.len() as u64 * held_out;
     let side_by_side = threads.min(cells.len()) as u64;
@@ -105,13 +106,11 @@ fn of_cell(plan: &Plan, worlds: &Worlds, cell: &Cell) -> Result<OfCell, StudyErr
 }
 
 /// Of the record of one protocol.
-fn held_out_bytes(world: &World, episodes: usize) -> u64 {
-    let (steps, terms) = (world.horizon as u64, world.reward.len() as u64);
-    let slots: usize = world.formations.iter().map(|formation| world.groups[formation.group].size).sum();
-    let frame = 12 * world.agents() as u64 + 8 * slots as u64;
-    let actions = 8 * world.learned().len() as u64;
-    let trajectory = (steps + 1) * frame + steps * (4 * terms + 4 + actions + 1);
-    episodes as u64 * (22 + 8 * terms) + trajectory * episodes.min(RECORDED as usize) as u64
+fn held_out_bytes(task: &Task, episodes: usize) -> u64 {
+    let (steps, terms) = (task.horizon(), task.term_count());
+    let frame = 12 * task.agents() + 8 * task.slot_count();
+    let trajectory = (steps + 1) * frame + steps * (4 * terms + 4 + 4 * task.action_len() + 1);
+    (episodes * (24 + 8 * terms) + trajectory * episodes.min(RECORDED as usize)) as u64
 }
 
 /// Seconds that these cells take on this machine, `threads` of them side by side: a short look at training and

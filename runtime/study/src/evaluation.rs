@@ -147,7 +147,7 @@ impl Run {
         if 2 * now > task.horizon() {
             self.error_m += step.error_m;
         }
-        let (collided, hit) = (u32::from(step.collisions > 0), u32::from(team::hits(&step) > 0));
+        let (collided, hit) = (u32::from(step.collisions > 0), u32::from(step.hits > 0));
         self.collision_steps += collided;
         self.hit_steps += hit;
         if now > SETTLED {
@@ -195,7 +195,10 @@ mod tests {
     use mpgx_lang::plan::*;
 
     use super::*;
+    use crate::cell::cells;
     use crate::tests::sample;
+    use crate::training::Trainer;
+    use crate::worlds::Worlds;
 
     const KEY: EpisodeKey = EpisodeKey { master: 0, protocol: 1, seed: 0, episode: 0 };
 
@@ -279,6 +282,32 @@ mod tests {
             assert_eq!((trajectory.terms.len(), trajectory.error_m.len()), (7, 7));
             assert_eq!((trajectory.actions.len(), trajectory.collisions.len()), (14, 7));
             assert!(trajectory.actions.iter().all(|action| action.abs() <= 1.0));
+        }
+    }
+
+    /// Each action is that of the policy for the member's own state, with two members as with three.
+    #[test]
+    fn a_shared_policy_acts_for_each_member() {
+        let plan = sample::shared();
+        let worlds = Worlds::new(&plan).unwrap();
+        let cell = &cells(&plan).unwrap()[0];
+        let (_, mut policy) =
+            Trainer::new(&worlds.training, &plan.stages, cell, 0).map(Trainer::finish).unwrap();
+        assert_eq!((policy.state_len(), policy.action_len()), (2, 2));
+        for (task, members) in worlds.held_out.iter().zip([2, 3]) {
+            let mut driver = Driver::Policy(policy.clone());
+            let Ok(evaluation) = evaluate(task, &mut driver, KEY, 2, || false) else {
+                panic!("it did not end")
+            };
+            let Trajectory { agents, slots, actions, .. } = &evaluation.trajectories[1];
+            assert_eq!(actions.len(), 7 * members * 2);
+            for (k, action) in actions.chunks(2).enumerate() {
+                let (step, member) = (k / members, k % members);
+                let ([x, y], [px, py, _]) = (slots[k], agents[step * (members + 1) + 1 + member]);
+                let mut own = [0.0; 2];
+                policy.act(&[x - px, y - py], 1, &mut own);
+                assert!(own.iter().zip(action).all(|(a, b)| (a - b).abs() < 1e-4), "{own:?} {action:?}");
+            }
         }
     }
 }

@@ -1,10 +1,10 @@
 //! Who acts on one policy: all learned agents together, or each member of a team from its own state.
 
-use mpgx_sim::{Episode, Step, Task};
+use mpgx_sim::{Episode, Task};
 
 /// How often the policy acts in a step: once, or once for each member.
-pub(crate) fn members(_task: &Task) -> usize {
-    1
+pub(crate) fn members(task: &Task) -> usize {
+    task.shared().unwrap_or(1)
 }
 
 /// Entries of a state that the policy sees and of an action that it gives.
@@ -14,15 +14,12 @@ pub(crate) fn sizes(task: &Task) -> (usize, usize) {
 
 /// The state of each member, `[members][state]`.
 pub(crate) fn observe(task: &Task, episode: &Episode, out: &mut [f32]) {
-    task.observe(episode, out);
-}
-
-/// What each member is rewarded with for the last step.
-pub(crate) fn rewards<'a>(_task: &Task, _episode: &'a Episode, step: &'a Step) -> &'a [f64] {
-    std::slice::from_ref(&step.reward)
-}
-
-/// Pairs of an agent and an obstacle that met in a step.
-pub(crate) fn hits(_step: &Step) -> u16 {
-    0
+    match task.shared() {
+        None => task.observe(episode, out),
+        Some(_) => {
+            for (member, out) in out.chunks_exact_mut(task.state_len().max(1)).enumerate() {
+                task.observe_member(episode, member, out);
+            }
+        }
+    }
 }

@@ -150,7 +150,7 @@ impl<'a> Trainer<'a> {
         let (state, action) = team::sizes(task);
         let failure = step.ended.is_some_and(|end| failures[usize::from(end)]);
         let transitions = (self.states.chunks_exact(state).zip(self.actions.chunks_exact(action)))
-            .zip(self.next.chunks_exact(state).zip(team::rewards(task, &self.world, &step)))
+            .zip(self.next.chunks_exact(state).zip(self.world.member_rewards()))
             .map(|((state, action), (next, reward))| Transition {
                 state,
                 action,
@@ -368,6 +368,34 @@ mod tests {
         };
         assert_eq!(run(false, true), run(true, false));
         assert_ne!(run(true, true), run(true, false));
+    }
+
+    /// Reward and next state of each row are those of its own member; the sample's reward is −|next state|.
+    #[test]
+    fn robots_that_share_a_policy_store_a_row_each() {
+        let mut plan = sample::shared();
+        plan.stages.clear();
+        plan.world.groups[1].arena = None;
+        let worlds = Worlds::new(&plan).unwrap();
+        let cell = &cells(&plan).unwrap()[0];
+        let mut trainer = Trainer::new(&worlds.training, &plan.stages, cell, 0).unwrap();
+        for _ in 0..5 {
+            trainer.step().unwrap_or_else(|fault| panic!("{fault:?}"));
+        }
+        assert_eq!((trainer.course.rows, trainer.course.training.updates), (10, 4));
+        let bytes = trainer.rows_since(0);
+        let floats: Vec<f32> = bytes.as_chunks().0.iter().copied().map(f32::from_le_bytes).collect();
+        // State, action, reward, failure, next state.
+        let rows: Vec<&[f32]> = floats.chunks(8).collect();
+        assert_eq!(rows.len(), 10);
+        for (k, row) in rows.iter().enumerate() {
+            let gap = f32::hypot(row[6], row[7]);
+            assert!((row[4] + gap).abs() < 1e-6 && row[5] == 0.0, "{row:?}");
+            if let Some(later) = rows.get(k + 2) {
+                assert_eq!(row[6..], later[..2]);
+            }
+        }
+        assert_ne!(rows[0][2..4], rows[1][2..4]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 use std::collections::BTreeSet;
 
-use mpgx_lang::plan::{Expr, Function, Plan};
+use mpgx_lang::plan::{Expr, Function, Plan, Stage, Until};
 
 use super::sample::*;
 use crate::storage::{Crash, Fault, SimulatedDisk, Storage};
@@ -11,10 +11,19 @@ fn small() -> Plan {
     Plan { learners: vec![learner("mpg", 25.0)], seeds: 1, ..plan() }
 }
 
+/// The same with a curriculum for robots that share a policy.
+fn small_shared() -> Plan {
+    Plan { learners: shared().learners.drain(..1).collect(), seeds: 1, ..shared() }
+}
+
 /// The operations of an undisturbed run, and its hash.
 fn undisturbed() -> (u64, String) {
+    undisturbed_of(&small())
+}
+
+fn undisturbed_of(plan: &Plan) -> (u64, String) {
     let disk = SimulatedDisk::default();
-    let hash = hash_of(&disk, &small());
+    let hash = hash_of(&disk, plan);
     (disk.operations(), hash)
 }
 
@@ -48,16 +57,22 @@ fn every_operation_may_fail() {
 
 #[test]
 fn the_machine_may_stop_at_every_operation() {
-    let (operations, expected) = undisturbed();
+    for plan in [small(), small_shared()] {
+        stopped_at_every_operation(&plan);
+    }
+}
+
+fn stopped_at_every_operation(plan: &Plan) {
+    let (operations, expected) = undisturbed_of(plan);
     for operation in 0..operations {
         let disk = SimulatedDisk::default();
         disk.inject(operation, Fault::Crash);
         let first = Listener::default();
-        run_on(&disk, &small(), &first).ok();
+        run_on(&disk, plan, &first).ok();
         let finished = first.finished.into_inner().unwrap();
         for crash in [Crash::Forget, Crash::Keep, Crash::Mixed(operation), Crash::Mixed(!operation)] {
             let (disk, listener) = (disk.after_crash(crash), Listener::default());
-            assert_eq!(hash(run_on(&disk, &small(), &listener)), expected, "{crash:?} at {operation}");
+            assert_eq!(hash(run_on(&disk, plan, &listener)), expected, "{crash:?} at {operation}");
             let kept = listener.kept.lock().unwrap();
             assert!(kept.is_superset(&finished), "{crash:?} at {operation}: {finished:?} became {kept:?}");
         }
@@ -264,6 +279,29 @@ fn a_bad_plan_is_refused_before_anything_is_written() {
         (change(&|plan| plan.world.observe.clear()), "nothing is observed"),
         (change(&|plan| plan.seeds = usize::MAX), "at most 100000"),
         (change(&|plan| plan.world.dt_s = f64::NAN), "time step"),
+        (change(&|plan| plan.stages.push(stage(None))), "stage `near` has no end (sample.scn:13:5)"),
+        (
+            change(&|plan| {
+                let until = Until { measure: "gap".into(), below: true, bound: 1.0, episodes: 9 };
+                plan.stages.push(Stage { until: Some(until), ..stage(None) });
+            }),
+            "stage `near` ends by `gap`",
+        ),
+        (
+            change(&|plan| {
+                plan.stages.push(stage(Some(9)));
+                plan.stages[0].world.observe.clear();
+            }),
+            "`near` has 0 numbers of state, 2 of action and 1 reward terms, training has 2, 2 and 1",
+        ),
+        (
+            change(&|plan| {
+                *plan = shared();
+                let three = plan.protocols[1].world.as_mut().unwrap();
+                three.observe.extend(three.observe.clone());
+            }),
+            "`three` has 4 numbers of state, 2 of action",
+        ),
     ] {
         assert!(error.contains(part), "{error}");
     }

@@ -7,17 +7,19 @@ use crate::*;
 
 #[test]
 fn any_number_of_threads_and_any_order_give_the_same_hash() {
-    let expected = hash_of(&SimulatedDisk::default(), &plan());
-    for threads in 1..=3 {
-        for turn in 0..3 {
-            let options = Options { threads, ..options() };
-            let disk = SimulatedDisk::default();
-            let arrange = |cells: &mut Vec<Cell>| {
-                cells.rotate_left(turn);
-                cells.reverse();
-            };
-            let outcome = run_in_order(&plan(), &source(), &disk, &options, &Silent, arrange);
-            assert_eq!(hash(outcome), expected, "{threads} threads, turn {turn}");
+    for plan in [plan(), shared()] {
+        let expected = hash_of(&SimulatedDisk::default(), &plan);
+        for threads in 1..=3 {
+            for turn in 0..3 {
+                let options = Options { threads, ..options() };
+                let disk = SimulatedDisk::default();
+                let arrange = |cells: &mut Vec<Cell>| {
+                    cells.rotate_left(turn);
+                    cells.reverse();
+                };
+                let outcome = run_in_order(&plan, &source(), &disk, &options, &Silent, arrange);
+                assert_eq!(hash(outcome), expected, "{threads} threads, turn {turn}");
+            }
         }
     }
 }
@@ -70,20 +72,38 @@ fn a_real_folder_gives_the_same_hash_and_is_left_tidy() {
     assert!(mpgx_learn::Policy::from_bytes(&policy).is_ok());
 }
 
-/// Interrupted after each episode in turn, and again after every episode: it goes on from a checkpoint.
 #[test]
 fn an_interrupted_study_goes_on_and_gives_the_same_hash() {
+    interrupted_after_each_episode(&plan());
+}
+
+/// In the stage, at its end, and in the world itself.
+#[test]
+fn a_curriculum_of_robots_that_share_goes_on_and_gives_the_same_hash() {
+    let disk = SimulatedDisk::default();
+    hash_of(&disk, &shared());
+    for record in load(&disk).unwrap().records.values() {
+        let Some(training) = &record.training else { continue };
+        let ends: Vec<u64> = training.stages.iter().map(|end| end.steps).collect();
+        assert!(matches!(ends[..], [10..14]), "{ends:?}");
+        assert_eq!(record.protocols["three"].returns.len(), 2);
+    }
+    interrupted_after_each_episode(&shared());
+}
+
+/// Interrupted after each episode in turn, and again after every episode: it goes on from a checkpoint.
+fn interrupted_after_each_episode(plan: &Plan) {
     let undisturbed = Listener::default();
-    let expected = hash(run_on(&SimulatedDisk::default(), &plan(), &undisturbed));
+    let expected = hash(run_on(&SimulatedDisk::default(), plan, &undisturbed));
     let episodes = *undisturbed.episodes.lock().unwrap();
     let mut resumed = 0;
     for after in 1..=episodes {
         let disk = SimulatedDisk::default();
         let listener = Listener { interrupt_after: Some(after), ..Listener::default() };
-        let outcome = run_on(&disk, &plan(), &listener).unwrap();
+        let outcome = run_on(&disk, plan, &listener).unwrap();
         assert!(matches!(outcome, Outcome::Interrupted { cells: 5, .. }), "{outcome:?}");
         let second = Listener::default();
-        assert_eq!(hash(run_on(&disk, &plan(), &second)), expected, "after {after} episodes");
+        assert_eq!(hash(run_on(&disk, plan, &second)), expected, "after {after} episodes");
         resumed += second.started.lock().unwrap().iter().filter(|(_, steps)| *steps > 0).count();
         assert_eq!(second.warnings.lock().unwrap().len(), 0);
     }
@@ -92,7 +112,7 @@ fn an_interrupted_study_goes_on_and_gives_the_same_hash() {
     let disk = SimulatedDisk::default();
     for runs in 1.. {
         let listener = Listener { interrupt_after: Some(1), ..Listener::default() };
-        match run_on(&disk, &plan(), &listener).unwrap() {
+        match run_on(&disk, plan, &listener).unwrap() {
             Outcome::Interrupted { .. } => assert!(runs <= episodes),
             finished => {
                 assert_eq!(hash(Ok(finished)), expected);
@@ -100,6 +120,24 @@ fn an_interrupted_study_goes_on_and_gives_the_same_hash() {
             }
         }
     }
+}
+
+#[test]
+fn a_range_of_seeds_is_a_part_of_more_seeds() {
+    let of = |first_seed, seeds| Plan { first_seed, seeds, ..plan() };
+    let disk = SimulatedDisk::default();
+    let part = hash_of(&disk, &of(1, 2));
+    let study = load(&disk).unwrap();
+    assert_eq!(
+        study.records.keys().collect::<Vec<_>>(),
+        ["mpg-001", "mpg-002", "oracle-000", "td3-001", "td3-002"]
+    );
+    assert_eq!(study.summary.unwrap().seeds, 2);
+    assert_eq!(part, hash_of(&SimulatedDisk::default(), &of(1, 2)));
+    let listener = Listener::default();
+    let all = hash(run_on(&disk, &of(0, 3), &listener));
+    assert_eq!(listener.started(), ["mpg-000", "td3-000"]);
+    assert_eq!(all, hash_of(&SimulatedDisk::default(), &of(0, 3)));
 }
 
 #[test]

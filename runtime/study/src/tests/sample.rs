@@ -170,6 +170,42 @@ pub fn plan() -> Plan {
     }
 }
 
+/// The member that the policy acts for, and the one that is rewarded.
+const OWN: [VarId; 2] = [7, 8];
+
+/// Two robots share a policy, each rewarded for its own gap; three of them are held out. Training begins in a
+/// shorter stage, and noise follows a schedule.
+pub fn shared() -> Plan {
+    let mut plan = plan();
+    let own = |id: VarId, name: &str| Binder { id, name: name.into() };
+    let gap_of = |id| minus(Expr::Slot(0, AgentRef::Var(id)), position(AgentRef::Var(id)));
+    let world = &mut plan.world;
+    world.groups[1].size = 2;
+    let side = Expr::Binary(BinaryOp::Mul, Box::new(Expr::Number(0.2)), Box::new(Expr::SlotNumber));
+    let rule = Slots::Rule(Expr::Vector(Box::new(side), Box::new(Expr::Number(0.1))));
+    world.formations[0].constraint = Constraint::Displacements { slots: rule, frame: Frame::Global };
+    world.shared = Some(Shared { group: 1, var: own(OWN[0], "i"), rewarded: Some(own(OWN[1], "j")) });
+    world.observe[0].value = gap_of(OWN[0]);
+    world.reward[0].value = negated(Expr::Call(Function::Norm, vec![gap_of(OWN[1])]));
+    world.ends[0].cost = None;
+    let mut three = world.clone();
+    three.groups[1].size = 3;
+    let stage = Stage { world: Box::new(World { horizon: 4, ..world.clone() }), ..stage(Some(10)) };
+    plan.stages.push(stage);
+    plan.protocols.push(Protocol {
+        name: "three".into(),
+        episodes: 2,
+        world: Some(Box::new(three)),
+        at: at(20),
+    });
+    let noise = Schedule { curve: Curve::Geometric, from: 1.0, to: 0.1, begin: 0.1, end: 0.8 };
+    for learner in &mut plan.learners {
+        learner.what.settings.insert("explore_noise".into(), Setting::Schedule(noise));
+        learner.what.settings.insert("terminal_mask".into(), Setting::Truth(true));
+    }
+    plan
+}
+
 /// One thread, a checkpoint every ten steps, and an owner that is dead as soon as it is looked for.
 pub fn options() -> Options {
     let owner = Owner { pid: u32::MAX, began: Some(0), ..Owner::this_process() };
