@@ -43,7 +43,7 @@ enum Verb {
     Compile(verbs::compile::Args),
     /// The story of an error code, or what a scenario means with all its defaults
     Explain(verbs::explain::Args),
-    /// Compare compiled rewards with the golden files beside the scenarios
+    /// Run the tests in scenarios, and compare compiled rewards with the golden files beside them
     Test(verbs::test::Args),
     /// Tell what two scenarios mean otherwise
     Diff(verbs::diff::Args),
