@@ -57,6 +57,20 @@ fn a_run_leaves_a_study_and_a_report_and_a_second_run_recomputes_nothing() {
 }
 
 #[test]
+fn a_range_of_seeds_runs_and_a_dry_run_tells_what_it_would_take() {
+    let folder = folder();
+    let output = run(folder.path(), &["run", "small.scn", "--seeds", "5..7", "--dry-run"]);
+    let told = text(&output.stderr);
+    assert!(told.contains("2 seeds of mpg, td3; 6 cells") && told.contains("1,600 steps"), "{told}");
+    assert!(!folder.path().join("runs").exists());
+    study_hash(folder.path(), &["--seeds", "5..7"]);
+    let cells = fs::read_dir(folder.path().join("runs/small/cells")).unwrap();
+    let mut cells: Vec<_> = cells.map(|cell| cell.unwrap().file_name().into_string().unwrap()).collect();
+    cells.sort();
+    assert_eq!(cells, ["mpg-005", "mpg-006", "oracle-000", "proportional-000", "td3-005", "td3-006"]);
+}
+
+#[test]
 fn threads_and_kernels_leave_the_hash_alone() {
     let reference = study_hash(folder().path(), &["--threads", "1"]);
     for threads in ["2", "3"] {
@@ -119,6 +133,8 @@ fn bad_input_ends_with_2_and_says_what_to_do() {
     with(&["run", "small.scn", "--set", "sid=1m"], "side");
     with(&["run", "small.scn", "--algorithms", "ppo"], "no method `ppo`");
     with(&["run", "small.scn", "--seeds", "0"], "--seeds");
+    with(&["run", "small.scn", "--seeds", "4..4"], "A..B");
+    with(&["run", "small.scn", "--variant", "wide"], "no variant `wide`");
     fs::write(folder.path().join("bad.scn"), SCENARIO.replace("0.1 s", "0.1 m")).unwrap();
     with(&["run", "bad.scn"], "bad.scn:");
     fs::write(folder.path().join("bytes.scn"), [0x66, 0xff, 0x66]).unwrap();

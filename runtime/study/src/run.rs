@@ -84,10 +84,10 @@ pub(crate) fn run_in_order(
     progress: &dyn Progress,
     arrange: impl FnOnce(&mut Vec<Cell>),
 ) -> Result<Outcome, StudyError> {
-    let (plan, source) = places::without_folder(plan, source);
+    Worlds::new(plan)?;
+    cells(plan)?;
+    let (plan, source) = places::without_folder(plan, source)?;
     let study = Identity::of(&plan, options.master);
-    Worlds::new(&plan)?;
-    cells(&plan)?;
     storage.create_folder("")?;
     let _lock = owner::acquire(storage, &options.owner)?;
     let plan = folder::freeze(storage, &plan, &source, &study, options.master)?;

@@ -62,14 +62,23 @@ pub fn run(args: Args) -> Result<Exit, Failure> {
         return Ok(Exit::Done);
     }
     options.interrupt = interrupt_flag()?;
-    let source = scenario::files(&compilation);
+    run_all(&parts, &scenario::files(&compilation), &folder, &options)
+}
+
+/// Runs one study after another and puts what they measured side by side.
+fn run_all(
+    parts: &[Part],
+    source: &[(String, String)],
+    folder: &Path,
+    options: &Options,
+) -> Result<Exit, Failure> {
     let mut exit = Exit::Done;
     let mut summaries: Vec<(String, Summary)> = Vec::new();
-    for part in &parts {
+    for part in parts {
         if parts.len() > 1 {
             eprintln!("\n{}", forecast::name(part));
         }
-        let Some(study) = run_part(part, &source, &folder.join(&part.folder), &options)? else {
+        let Some(study) = run_part(part, source, &folder.join(&part.folder), options)? else {
             return Ok(Exit::Interrupted);
         };
         let Some(summary) = study.summary else {
@@ -164,4 +173,94 @@ fn interrupt_flag() -> Result<Arc<AtomicBool>, Failure> {
     })
     .map_err(|why| Failure::new(Exit::Internal, format!("cannot listen for Ctrl-C: {why}")))?;
     Ok(flag)
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+    use mpgx_lang::plan::{Claim, ClaimKind, Place, Variant};
+    use mpgx_lang::source::NoFiles;
+
+    use super::*;
+
+    #[derive(Parser)]
+    struct Cli {
+        #[command(flatten)]
+        args: Args,
+    }
+
+    fn args(options: &str) -> Args {
+        let words = format!("mpgx small.scn {options}");
+        Cli::try_parse_from(words.split_whitespace()).unwrap().args
+    }
+
+    /// Two variants, of another horizon and of one seed more; the second claims what cannot be.
+    fn plan() -> Plan {
+        let text = include_str!("../../tests/small.scn").replace("steps = 400", "steps = 40");
+        let mut plan = mpgx_lang::compile("small.scn", text, &[], &NoFiles).plan.unwrap();
+        let variant = |name: &str, change: &dyn Fn(&mut Plan)| {
+            let mut plan = Plan { variants: Vec::new(), ..plan.clone() };
+            change(&mut plan);
+            Variant { name: name.into(), text: String::new(), plan: Box::new(plan), at: Place::default() }
+        };
+        let short = variant("short", &|plan| plan.world.horizon = 10);
+        let kind = ClaimKind::Bound {
+            protocol: "held_out".into(),
+            metric: "error_m".into(),
+            method: "oracle".into(),
+            below: true,
+            bound: 0.0,
+            confidence: 0.95,
+        };
+        let claim = Claim { text: "error < 0".into(), kind, at: Place::default() };
+        let more = variant("more", &|plan| (plan.seeds, plan.claims) = (3, vec![claim.clone()]));
+        plan.variants = vec![short, more];
+        plan
+    }
+
+    #[test]
+    fn options_hold_for_the_scenario_and_its_variants() {
+        let told = |options: &str| {
+            let parts = chosen(&plan(), &args(options)).map_err(|failure| failure.to_string())?;
+            let of =
+                |part: Part| (part.folder, part.plan.first_seed, part.plan.seeds, part.plan.learners.len());
+            Ok::<_, String>(parts.into_iter().map(of).collect::<Vec<_>>())
+        };
+        let [short, more] = ["variants/short", "variants/more"].map(String::from);
+        let itself = String::new();
+        assert_eq!(
+            told("").unwrap(),
+            [(itself.clone(), 0, 2, 2), (short.clone(), 0, 2, 2), (more.clone(), 0, 3, 2)]
+        );
+        assert_eq!(
+            told("--seeds 5..9 --algorithms td3").unwrap(),
+            [(itself, 5, 4, 1), (short.clone(), 5, 4, 1), (more.clone(), 5, 4, 1)]
+        );
+        assert_eq!(told("--variant more").unwrap(), [(more.clone(), 0, 3, 2)]);
+        assert_eq!(told("--variant more --variant short").unwrap(), [(short, 0, 2, 2), (more, 0, 3, 2)]);
+        assert!(told("--variant mor").unwrap_err().contains("it has short, more"));
+        assert!(told("--algorithms ppo").unwrap_err().contains("no method `ppo`"));
+    }
+
+    #[test]
+    fn every_variant_is_run_in_its_folder_and_any_claim_counts() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = |options: &str| {
+            let parts = chosen(&plan(), &args(options)).unwrap();
+            run_all(&parts, &[], folder.path(), &Options::default()).unwrap()
+        };
+        assert_eq!(run("--variant short"), Exit::Done);
+        assert!(!folder.path().join("study.json").exists());
+        assert_eq!(run(""), Exit::NotAsExpected);
+        for study in ["", "variants/short", "variants/more"] {
+            for file in ["study.json", "report.html", "cells/td3-001/record.bin"] {
+                assert!(folder.path().join(study).join(file).is_file(), "{study}/{file}");
+            }
+        }
+        let left = forecast::of(&chosen(&plan(), &args("--seeds 3")).unwrap(), folder.path(), 1).unwrap();
+        assert!(
+            left.contains("in all 24 cells of 3 studies") && left.contains("for the 4 cells left"),
+            "{left}"
+        );
+    }
 }

@@ -279,7 +279,7 @@ fn a_bad_plan_is_refused_before_anything_is_written() {
         (change(&|plan| plan.world.observe.clear()), "nothing is observed"),
         (change(&|plan| plan.seeds = usize::MAX), "at most 100000"),
         (change(&|plan| plan.world.dt_s = f64::NAN), "time step"),
-        (change(&|plan| plan.stages.push(stage(None))), "stage `near` has no end (sample.scn:13:5)"),
+        (change(&|plan| plan.stages.push(stage(None))), "stage `near` has no end (folder/sample.scn:13:5)"),
         (
             change(&|plan| {
                 let until = Until { measure: "gap".into(), below: true, bound: 1.0, episodes: 9 };
