@@ -11,8 +11,8 @@ use crate::failure::Failure;
 /// One line a study, then what those cells will take that are not finished yet.
 pub fn of(parts: &[Part], folder: &Path, threads: usize) -> Result<String, Failure> {
     let mut out = String::new();
-    let (mut steps, mut updates, mut memory, mut disk, mut room) = (0, 0, 0, 0, 0);
-    let (mut all, mut left, mut time_s) = (0, 0, 0.0);
+    let (mut steps, mut updates, mut all, mut left) = (0, 0, 0, 0);
+    let (mut memory, mut disk, mut room, mut time_s) = (0.0f64, 0.0, 0.0f64, 0.0);
     for part in parts {
         let (plan, into) = (&part.plan, folder.join(&part.folder));
         let planned = cells(plan)?;
@@ -88,11 +88,11 @@ fn count(number: u64) -> String {
     groups.join(",")
 }
 
-fn bytes(bytes: u64) -> String {
+fn bytes(bytes: f64) -> String {
     let (value, unit) = match bytes {
-        0..1_000_000 => (bytes as f64 / 1e3, "kB"),
-        1_000_000..1_000_000_000 => (bytes as f64 / 1e6, "MB"),
-        _ => (bytes as f64 / 1e9, "GB"),
+        ..1e6 => (bytes / 1e3, "kB"),
+        ..1e9 => (bytes / 1e6, "MB"),
+        _ => (bytes / 1e9, "GB"),
     };
     if value < 10.0 { format!("{value:.1} {unit}") } else { format!("{value:.0} {unit}") }
 }
@@ -113,7 +113,7 @@ mod tests {
     #[test]
     fn quantities_are_short() {
         assert_eq!([0, 999, 1000, 1234567].map(count), ["0", "999", "1,000", "1,234,567"]);
-        assert_eq!([1, 12_345_678, 2_500_000_000].map(bytes), ["0.0 kB", "12 MB", "2.5 GB"]);
+        assert_eq!([1.0, 12_345_678.0, 2.5e9].map(bytes), ["0.0 kB", "12 MB", "2.5 GB"]);
         assert_eq!([0.2, 42.4, 600.0, 7200.0].map(time), ["a second", "42 s", "10 min", "2.0 h"]);
         assert_eq!((plural(1, "cell"), plural(3, "study")), ("1 cell".into(), "3 studies".into()));
     }

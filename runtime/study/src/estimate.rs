@@ -15,24 +15,24 @@ use crate::training::Trainer;
 use crate::worlds::Worlds;
 
 /// Of a process with nothing to do, and of a report without its records (bytes, measured).
-const PROGRAM: u64 = 12_000_000;
-const REPORT: u64 = 110_000;
+const PROGRAM: f64 = 12e6;
+const REPORT: f64 = 110e3;
 /// Time for a look at how fast training and evaluation go.
 const LOOK: Duration = Duration::from_millis(200);
 /// Held-out episodes that are looked at.
 const LOOKED_AT: usize = 16;
 
 /// What cells take at most; episodes that end early take less.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
     pub cells: usize,
     /// Environment steps of training.
     pub steps: u64,
     pub updates: u64,
-    pub memory_bytes: u64,
+    pub memory_bytes: f64,
     /// Of what is left at the end, and of the most that lies there while it runs.
-    pub disk_bytes: u64,
-    pub most_disk_bytes: u64,
+    pub disk_bytes: f64,
+    pub most_disk_bytes: f64,
 }
 
 /// Of one cell of a learner.
@@ -40,36 +40,36 @@ pub struct Estimate {
 struct OfCell {
     steps: u64,
     updates: u64,
-    memory: u64,
+    memory: f64,
     /// Its checkpoints and its replay log.
-    unfinished: u64,
+    unfinished: f64,
     /// Its policy and its record.
-    finished: u64,
+    finished: f64,
 }
 
 /// What these cells of a Plan take, `threads` of them side by side.
 pub fn estimate(plan: &Plan, cells: &[Cell], threads: usize) -> Result<Estimate, StudyError> {
     let worlds = Worlds::new(plan)?;
-    let held_out: u64 = (plan.protocols.iter())
+    let held_out: f64 = (plan.protocols.iter())
         .zip(&worlds.held_out)
         .map(|(protocol, task)| held_out_bytes(task, protocol.episodes))
         .sum();
-    let records = cells.len() as u64 * held_out;
-    let side_by_side = threads.min(cells.len()) as u64;
+    let records = cells.len() as f64 * held_out;
+    let side_by_side = threads.min(cells.len()) as f64;
     let mut sum =
-        Estimate { cells: cells.len(), disk_bytes: REPORT + 4 * records / 3, ..Estimate::default() };
-    let (mut memory, mut unfinished) = (0, 0);
+        Estimate { cells: cells.len(), disk_bytes: REPORT + 4.0 / 3.0 * records, ..Estimate::default() };
+    let (mut memory, mut unfinished) = (0.0f64, 0.0f64);
     for learner in learners(cells) {
         let of = of_cell(plan, &worlds, learner[0])?;
         let count = learner.len() as u64;
         sum.steps += count * of.steps;
         sum.updates += count * of.updates;
-        sum.disk_bytes += count * of.finished;
+        sum.disk_bytes += count as f64 * of.finished;
         memory = memory.max(of.memory);
         unfinished = unfinished.max(of.unfinished);
     }
     // The report is made of all records at once.
-    sum.memory_bytes = PROGRAM + (side_by_side * (memory + held_out)).max(3 * records);
+    sum.memory_bytes = PROGRAM + (side_by_side * (memory + held_out)).max(3.0 * records);
     sum.most_disk_bytes = sum.disk_bytes + side_by_side * unfinished;
     Ok(sum)
 }
@@ -89,28 +89,29 @@ fn of_cell(plan: &Plan, worlds: &Worlds, cell: &Cell) -> Result<OfCell, StudyErr
     let members = team::members(&worlds.training[plan.stages.len()].task) as u64;
     let before_updates = (config.batch as u64).div_ceil(members.max(1)) - 1;
     let updates = steps.saturating_sub(before_updates) * config.inner;
+    let rows = steps as f64 * members as f64;
     let (networks, policy, row) = trainer.bytes();
-    let rows = steps.saturating_mul(members);
-    let units = config.hidden.iter().sum::<usize>() as u64;
-    let batch = 4 * config.batch as u64 * (6 * units + 8 * row);
-    let episodes = steps.div_ceil(plan.world.horizon.max(1) as u64);
-    let course = episodes * (25 + 8 * plan.world.reward.len() as u64) + updates / 500 * 36;
+    let [networks, policy, row] = [networks, policy, row].map(|bytes| bytes as f64);
+    let units = config.hidden.iter().sum::<usize>() as f64;
+    let batch = 4.0 * config.batch as f64 * (6.0 * units + 8.0 * row);
+    let episodes = steps as f64 / plan.world.horizon as f64;
+    let course = episodes * (25.0 + 8.0 * plan.world.reward.len() as f64) + updates as f64 / 500.0 * 36.0;
     Ok(OfCell {
         steps,
         updates,
         // A checkpoint is copied twice before it is on disk.
-        memory: 3 * networks + policy + batch + row * rows.min(config.replay as u64),
-        unfinished: 2 * networks + row * rows,
+        memory: 3.0 * networks + policy + batch + row * rows.min(config.replay as f64),
+        unfinished: 2.0 * networks + row * rows,
         finished: policy + course,
     })
 }
 
 /// Of the record of one protocol.
-fn held_out_bytes(task: &Task, episodes: usize) -> u64 {
-    let (steps, terms) = (task.horizon(), task.term_count());
-    let frame = 12 * task.agents() + 8 * task.slot_count();
-    let trajectory = (steps + 1) * frame + steps * (4 * terms + 4 + 4 * task.action_len() + 1);
-    (episodes * (24 + 8 * terms) + trajectory * episodes.min(RECORDED as usize)) as u64
+fn held_out_bytes(task: &Task, episodes: usize) -> f64 {
+    let (steps, terms) = (task.horizon() as f64, task.term_count() as f64);
+    let frame = 12.0 * task.agents() as f64 + 8.0 * task.slot_count() as f64;
+    let trajectory = (steps + 1.0) * frame + steps * (4.0 * terms + 5.0 + 4.0 * task.action_len() as f64);
+    episodes as f64 * (24.0 + 8.0 * terms) + trajectory * episodes.min(RECORDED as usize) as f64
 }
 
 /// Seconds that these cells take on this machine, `threads` of them side by side: a short look at training and
@@ -122,20 +123,25 @@ pub fn seconds(plan: &Plan, cells: &[Cell], threads: usize) -> Result<f64, Study
         let trainer = Trainer::new(&worlds.training, &plan.stages, learner[0], REPORTING_MASTER)?;
         all += learner.len() as f64 * look(plan, &worlds, trainer);
     }
-    Ok(all / threads.min(cells.len()).max(1) as f64)
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    Ok(all / threads.min(cells.len()).clamp(1, cores) as f64)
 }
 
 /// Of one cell. What fails here will fail in the run, where it is told.
 fn look(plan: &Plan, worlds: &Worlds, mut trainer: Trainer) -> f64 {
-    while trainer.course.training.updates == 0 && !trainer.is_done() {
+    let (most, started) = (trainer.most_steps(), Instant::now());
+    // The first steps fill a mini-batch and are quicker than all others.
+    let (mut began, mut first) = (started, 0);
+    while began.elapsed() < LOOK && started.elapsed() < 3 * LOOK && trainer.course.steps < first + most / 10 {
         if trainer.step().is_err() {
             return 0.0;
         }
+        if trainer.course.training.updates == 0 {
+            (began, first) = (Instant::now(), trainer.course.steps);
+        }
     }
-    let (began, first) = (Instant::now(), trainer.course.steps);
-    while began.elapsed() < LOOK && !trainer.is_done() && trainer.step().is_ok() {}
     let steps = (trainer.course.steps - first).max(1);
-    let training = began.elapsed().as_secs_f64() / steps as f64 * trainer.most_steps() as f64;
+    let training = began.elapsed().as_secs_f64() / steps as f64 * most as f64;
     let mut driver = Driver::Policy(trainer.finish().1);
     let mut held_out = 0.0;
     for (protocol, task) in plan.protocols.iter().zip(&worlds.held_out) {
@@ -145,4 +151,51 @@ fn look(plan: &Plan, worlds: &Worlds, mut trainer: Trainer) -> f64 {
         held_out += if seen.is_ok() { whole * began.elapsed().as_secs_f64() } else { 0.0 };
     }
     training + held_out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cell::cells;
+    use crate::storage::{SimulatedDisk, Storage};
+    use crate::tests::sample;
+
+    fn of(plan: &Plan, threads: usize) -> Estimate {
+        estimate(plan, &cells(plan).unwrap(), threads).unwrap()
+    }
+
+    /// Thirty steps a cell; mini-batches of three need three steps, or two of two robots.
+    #[test]
+    fn steps_and_updates_are_counted() {
+        let it = of(&sample::plan(), 2);
+        assert_eq!((it.cells, it.steps, it.updates), (5, 4 * 30, 4 * 28));
+        let it = of(&sample::shared(), 2);
+        assert_eq!((it.cells, it.steps, it.updates), (5, 4 * 30, 4 * 29));
+        let todo = &cells(&sample::plan()).unwrap()[..1];
+        assert_eq!(estimate(&sample::plan(), todo, 2).unwrap().steps, 30);
+        assert!(seconds(&sample::plan(), todo, 2).unwrap() > 0.0);
+    }
+
+    /// A study without its report and its small text files.
+    #[test]
+    fn the_disk_is_within_half_of_what_is_used() {
+        for mut plan in [sample::plan(), sample::shared()] {
+            plan.world.horizon = 100;
+            plan.protocols.iter_mut().for_each(|protocol| protocol.episodes = 40);
+            let disk = SimulatedDisk::default();
+            sample::hash_of(&disk, &plan);
+            let files = disk.list("cells").unwrap().into_iter().filter(|file| file.ends_with(".bin"));
+            let used: usize = files.map(|file| disk.read(&format!("cells/{file}")).unwrap().len()).sum();
+            let records = 5.0
+                * Worlds::new(&plan)
+                    .unwrap()
+                    .held_out
+                    .iter()
+                    .map(|task| held_out_bytes(task, 40))
+                    .sum::<f64>();
+            let told = of(&plan, 2).disk_bytes - REPORT - records / 3.0;
+            let ratio = told / used as f64;
+            assert!((1.0 / 1.5..1.5).contains(&ratio), "{told} for {used}");
+        }
+    }
 }
