@@ -2,6 +2,7 @@
 
 use crate::check::units::Units;
 use crate::hir::{Control, Expr, Extern, Hir, Kind, Set, Type};
+use crate::plan::ClaimKind;
 
 /// Every parameter, setting, observation, term and end with its type.
 pub fn describe(hir: &Hir, units: &Units) -> String {
@@ -71,10 +72,23 @@ pub fn describe(hir: &Hir, units: &Units) -> String {
         text.line(0, format!("evaluate {} with {} changes", protocol.name, protocol.changes.len()));
     }
     for claim in &hir.claims {
-        text.line(0, format!("expect {:?}", claim.kind));
+        text.line(0, format!("expect {}", self::claim(&claim.kind)));
     }
     text.lines.push(String::new());
     text.lines.join("\n")
+}
+
+/// A claim with all that it leaves unsaid.
+fn claim(kind: &ClaimKind) -> String {
+    match kind {
+        ClaimKind::Bound { protocol, metric, method, below, bound, confidence } => {
+            let side = if *below { "<" } else { ">" };
+            format!("{metric} of {method} in {protocol} {side} {bound} at {confidence}")
+        }
+        ClaimKind::Beats { better, worse, protocol, metric, confidence } => {
+            format!("{better} beats {worse} by {metric} in {protocol} at {confidence}")
+        }
+    }
 }
 
 struct Text<'a> {

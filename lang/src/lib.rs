@@ -15,6 +15,7 @@ mod constant;
 pub mod describe;
 pub mod diff;
 pub mod dim;
+pub mod document;
 pub mod format;
 pub mod hash;
 pub mod hir;

@@ -9,6 +9,7 @@ mod study;
 mod syntax;
 
 use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::sync::Once;
 
@@ -126,6 +127,12 @@ pub(crate) fn number_end(text: &str, start: usize) -> usize {
     let rest = text.get(start..).unwrap_or_default();
     let number = Grammar::parse(Rule::number, rest).ok().and_then(|mut nodes| nodes.next());
     number.map_or(start, |number| start + number.as_span().end())
+}
+
+/// The words that the grammar has a `kw_` rule for.
+pub(crate) fn keywords() -> BTreeSet<String> {
+    let rules = Rule::all_rules().iter().map(|rule| format!("{rule:?}"));
+    rules.filter_map(|rule| Some(rule.strip_prefix("kw_")?.to_owned())).collect()
 }
 
 #[cfg(test)]

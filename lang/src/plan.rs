@@ -693,6 +693,19 @@ impl World {
         self.groups.iter().take(group).map(|group| group.size).sum()
     }
 
+    /// An agent as the scenario calls it: `leader`, `follower[2]`.
+    pub fn agent_name(&self, agent: AgentId) -> String {
+        let mut first = 0;
+        for group in &self.groups {
+            match agent.checked_sub(first) {
+                Some(0) if group.size == 1 => return group.name.clone(),
+                Some(member) if member < group.size => return format!("{}[{}]", group.name, member + 1),
+                _ => first += group.size,
+            }
+        }
+        "?".to_owned()
+    }
+
     /// Agents whose velocity the policy commands, in order; the action has two entries for each.
     pub fn learned(&self) -> Vec<AgentId> {
         let mut learned = Vec::new();

@@ -2,9 +2,14 @@
 
 pub mod golden;
 
+use std::mem::discriminant;
 use std::path::{Path, PathBuf};
 
-use mpgx_lang::source::Loader;
+use mpgx_lang::ast::Item;
+use mpgx_lang::parse::parse;
+use mpgx_lang::problem::Problems;
+use mpgx_lang::resolve::declared;
+use mpgx_lang::source::{Loader, Sources};
 use mpgx_lang::{Compilation, Override, compile};
 
 /// The root of the repository.
@@ -40,4 +45,25 @@ pub fn compiled(path: &Path) -> Compilation {
         set.map(|(name, value)| Override { name: name.to_owned(), value: value.to_owned() }).collect();
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     compile(&name, text, &set, &Beside(path.parent().unwrap_or(Path::new(""))))
+}
+
+/// A scenario in which the items of `part` take the place of those that they declare anew.
+pub fn completed(base: &str, part: &str) -> String {
+    let items = |text: &str| {
+        let (mut sources, mut problems) = (Sources::default(), Problems::default());
+        let file = sources.add("part", text.to_owned());
+        let parsed = parse(&sources, file, &mut problems);
+        let texts: Vec<_> = parsed.items.iter().map(|item| sources.text(item.span).to_owned()).collect();
+        parsed.items.into_iter().map(|item| item.node).zip(texts).collect::<Vec<_>>()
+    };
+    let anew = items(part);
+    let replaced = |old: &Item| {
+        anew.iter().any(|(new, _)| match (declared(old), declared(new)) {
+            (Some(old), Some(new)) => old.0 == new.0 && old.1.node == new.1.node,
+            (None, None) => discriminant(old) == discriminant(new) && !matches!(old, Item::Use { .. }),
+            _ => false,
+        })
+    };
+    let kept = items(base).into_iter().filter(|(item, _)| !replaced(item)).map(|(_, text)| text);
+    kept.collect::<Vec<_>>().join("\n\n") + "\n\n" + part
 }

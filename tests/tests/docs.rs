@@ -1,16 +1,12 @@
 //! Scenarios in the documents: blocks marked `scn` compile; blocks marked `scn-part` compile in the place of what
 //! they declare anew in the first whole scenario of their document.
 
-use std::mem::discriminant;
 use std::path::PathBuf;
 
-use mpgx_lang::ast::Item;
 use mpgx_lang::compile;
-use mpgx_lang::parse::parse;
-use mpgx_lang::problem::{Problems, Style, render};
-use mpgx_lang::resolve::declared;
-use mpgx_lang::source::{NoFiles, Sources};
-use mpgx_tests::root;
+use mpgx_lang::problem::{Style, render};
+use mpgx_lang::source::NoFiles;
+use mpgx_tests::{completed, root};
 
 /// All Markdown files of the repository's root and of docs/.
 fn documents() -> Vec<PathBuf> {
@@ -46,27 +42,6 @@ fn blocks(text: &str, mark: &str) -> Vec<(usize, String)> {
         }
     }
     blocks
-}
-
-/// A scenario in which the items of `part` take the place of those that they declare anew.
-fn completed(base: &str, part: &str) -> String {
-    let items = |text: &str| {
-        let (mut sources, mut problems) = (Sources::default(), Problems::default());
-        let file = sources.add("part", text.to_owned());
-        let parsed = parse(&sources, file, &mut problems);
-        let texts: Vec<_> = parsed.items.iter().map(|item| sources.text(item.span).to_owned()).collect();
-        parsed.items.into_iter().map(|item| item.node).zip(texts).collect::<Vec<_>>()
-    };
-    let anew = items(part);
-    let replaced = |old: &Item| {
-        anew.iter().any(|(new, _)| match (declared(old), declared(new)) {
-            (Some(old), Some(new)) => old.0 == new.0 && old.1.node == new.1.node,
-            (None, None) => discriminant(old) == discriminant(new) && !matches!(old, Item::Use { .. }),
-            _ => false,
-        })
-    };
-    let kept = items(base).into_iter().filter(|(item, _)| !replaced(item)).map(|(_, text)| text);
-    kept.collect::<Vec<_>>().join("\n\n") + "\n\n" + part
 }
 
 #[test]

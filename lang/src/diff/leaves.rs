@@ -70,7 +70,7 @@ impl Walk<'_> {
             if is_remark(field) || known {
                 continue;
             }
-            let path = [path, &[field.clone()]].concat();
+            let path = [path, std::slice::from_ref(field)].concat();
             match self.named(field, value) {
                 Some(name) => self.same(&path, name),
                 None => self.value(&path, value),
@@ -158,16 +158,7 @@ impl Walk<'_> {
         match field {
             "group" => self.world.groups.get(index).map(|group| group.name.clone()),
             "param" => self.plan.params.get(index).map(|param| param.name.clone()),
-            "about" | "agent" => {
-                let first = |group: usize| self.world.first_of(group);
-                let (group, it) =
-                    self.world.groups.iter().enumerate().rfind(|(group, _)| first(*group) <= index)?;
-                Some(if it.size == 1 {
-                    it.name.clone()
-                } else {
-                    format!("{}[{}]", it.name, index - first(group) + 1)
-                })
-            }
+            "about" | "agent" => Some(self.world.agent_name(index)),
             _ => None,
         }
     }

@@ -1,11 +1,16 @@
 //! Which tokens have a space between them, and which go on with what stands before.
 
+use std::collections::BTreeSet;
+
 use super::Atom;
+use crate::parse::keywords;
 use crate::parse::scan::{CONNECTIVES, ITEM_WORDS, Kind};
 
 /// Sets the gap before each atom; tells for each whether it goes on with what stands before it.
 pub(super) fn spaces(atoms: &mut [Atom]) -> Vec<bool> {
-    let mut walk = Walk { atoms, open: Vec::new(), before: Before::NOTHING, last: Before::NOTHING };
+    let keywords = keywords();
+    let nothing = Before::NOTHING;
+    let mut walk = Walk { atoms, keywords: &keywords, open: Vec::new(), before: nothing, last: nothing };
     let steps: Vec<(usize, bool)> = (0..walk.atoms.len()).map(|at| walk.step(at)).collect();
     for (atom, (gap, _)) in atoms.iter_mut().zip(&steps) {
         atom.gap = *gap;
@@ -42,7 +47,7 @@ struct Before<'a> {
     operand: bool,
     /// No space comes after it.
     hugs: bool,
-    /// The word of an item.
+    /// The word of an item or entry.
     heads: bool,
 }
 
@@ -59,6 +64,7 @@ impl Before<'_> {
 
 struct Walk<'a> {
     atoms: &'a [Atom],
+    keywords: &'a BTreeSet<String>,
     open: Vec<Open>,
     before: Before<'a>,
     last: Before<'a>,
@@ -89,7 +95,7 @@ impl Walk<'_> {
             && match text {
                 "," | ")" | "]" | "." | "^" => false,
                 "}" => !tight,
-                "(" => before.kind != Kind::Word || before.heads || CONNECTIVES.contains(&before.text),
+                "(" => before.kind != Kind::Word || !before.operand,
                 "[" => !before.operand,
                 "|" => !closes_bar,
                 "<" => !opens_generics,
@@ -117,8 +123,12 @@ impl Walk<'_> {
                 this.operand = !matches!(self.open.pop(), Some(Open::Bracket { binds: true, .. }));
             }
             Kind::Word => {
-                this.heads = (at == 0 || atom.breaks > 0) && ITEM_WORDS.contains(&text);
-                this.operand = !this.heads && !CONNECTIVES.contains(&text);
+                let keyword = self.keywords.contains(text);
+                let begins = at == 0 || atom.breaks > 0 || before.text == "{";
+                this.heads = begins && (keyword || ITEM_WORDS.contains(&text));
+                // Two operands do not stand side by side: a keyword after one joins it to what follows.
+                let joins = CONNECTIVES.contains(&text) || (keyword && before.operand);
+                this.operand = !this.heads && !joins;
             }
             Kind::Symbol if closes_bar => {
                 self.open.pop();
@@ -137,8 +147,7 @@ impl Walk<'_> {
                 this.hugs = true;
             }
             Kind::Symbol => this.hugs = prefix || matches!(text, "." | "^"),
-            Kind::Number | Kind::Text => this.operand = true,
-            Kind::Doc | Kind::Comment => {}
+            _ => this.operand = true,
         }
         (self.last, self.before) = (before, this);
         (usize::from(gap), goes_on)

@@ -47,6 +47,10 @@ enum Verb {
     Test(verbs::test::Args),
     /// Tell what two scenarios mean otherwise
     Diff(verbs::diff::Args),
+    /// Print or write the reference of the standard library or of a file
+    Doc(verbs::doc::Args),
+    /// Write a first scenario with comments
+    New(verbs::new::Args),
     /// Lay out scenario files in the one style
     Fmt(verbs::fmt::Args),
     /// The hash of a scenario's meaning; comments and layout do not change it
@@ -92,6 +96,8 @@ fn run(verb: Verb) -> Result<Exit, Failure> {
         Verb::Explain(args) => verbs::explain::run(args),
         Verb::Test(args) => verbs::test::run(args),
         Verb::Diff(args) => verbs::diff::run(args),
+        Verb::Doc(args) => verbs::doc::run(args),
+        Verb::New(args) => verbs::new::run(args),
         Verb::Fmt(args) => verbs::fmt::run(args),
         Verb::Hash(args) => verbs::hash::run(args),
         Verb::List(args) => verbs::list::run(args),

@@ -1,10 +1,12 @@
 pub mod check;
 pub mod compile;
 pub mod diff;
+pub mod doc;
 pub mod explain;
 pub mod fmt;
 pub mod hash;
 pub mod list;
+pub mod new;
 pub mod report;
 pub mod run;
 pub mod test;
