@@ -49,10 +49,12 @@ pub fn markdown(name: &str, text: &str) -> String {
         if !entry.doc.is_empty() {
             let _ = write!(out, "\n{}\n", entry.doc);
         }
-        if !entry.parameters.is_empty() {
+        let says_more = |it: &&Field| !(it.doc.is_empty() && it.default.is_empty() && it.range.is_empty());
+        let mut fields = entry.parameters.iter().filter(says_more).peekable();
+        if fields.peek().is_some() {
             out += "\n| parameter | type | default | range | |\n|---|---|---|---|---|\n";
         }
-        for Field { name, type_, default, range, doc } in &entry.parameters {
+        for Field { name, type_, default, range, doc } in fields {
             let cells = [code(name), code(type_), code(default), code(range), cell(doc)];
             let _ = writeln!(out, "| {} |", cells.join(" | "));
         }
