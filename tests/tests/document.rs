@@ -22,7 +22,10 @@ fn the_reference_is_current() {
             std::fs::write(folder.join(name), text).unwrap();
         }
         let written = std::fs::read_to_string(folder.join(name)).unwrap_or_default();
-        assert!(written == *text, "docs/reference/{name} is not current: MPGX_BLESS=1 cargo test -p mpgx-tests");
+        assert!(
+            written == *text,
+            "docs/reference/{name} is not current: MPGX_BLESS=1 cargo test -p mpgx-tests"
+        );
     }
     for file in std::fs::read_dir(&folder).unwrap() {
         let name = file.unwrap().file_name().into_string().unwrap();

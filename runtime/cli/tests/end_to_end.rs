@@ -167,9 +167,9 @@ fn a_claim_that_fails_ends_with_1() {
 fn every_verb_helps_and_every_built_in_scenario_compiles() {
     let folder = folder();
     let help = text(&run(folder.path(), &["--help"]).stdout);
-    for verb in [
-        "run", "check", "compile", "explain", "test", "diff", "doc", "new", "fmt", "hash", "list", "report",
-    ] {
+    for verb in
+        ["run", "check", "compile", "explain", "test", "diff", "doc", "new", "fmt", "hash", "list", "report"]
+    {
         assert!(help.contains(verb));
         assert!(text(&run(folder.path(), &[verb, "--help"]).stdout).contains("Example: mpgx"), "{verb}");
     }
