@@ -99,7 +99,7 @@ impl<'s> Eval<'s> {
             Expr::SlotCount => self.slot.map_or(Interval::ALL, |slot| slot.1),
             Expr::Vector(x, y) => return Value::Vector(Plane::new(self.number(x), self.number(y))),
             Expr::Unary(UnaryOp::Neg, operand) => return negated(self.value(operand)),
-            Expr::Unary(UnaryOp::Not, operand) => return Value::Truth(self.truth(operand).not()),
+            Expr::Unary(UnaryOp::Not, operand) => return Value::Truth(!self.truth(operand)),
             Expr::Binary(op, left, right) => return binary(*op, self.value(left), self.value(right)),
             Expr::Call(function, args) => {
                 let args: Vec<Value> = args.iter().map(|arg| self.value(arg)).collect();
@@ -171,7 +171,7 @@ impl<'s> Eval<'s> {
             Quantity::Velocity => Value::Vector(group.velocity),
             Quantity::Heading => Value::Number(Interval::TURN.rounded()),
             Quantity::Command => Value::Vector(group.command),
-            Quantity::CommandChange => Value::Vector((group.command - group.command).hull(Plane::ZERO)),
+            Quantity::CommandChange => Value::Vector(group.command.spread().hull(Plane::ZERO)),
             Quantity::Outside => Value::Truth(group.outside),
         });
         each.reduce(Value::hull).unwrap_or(Value::Number(Interval::ALL))
@@ -221,7 +221,7 @@ impl<'s> Eval<'s> {
                 let slot = self.scene.slots.get(formation).copied().unwrap_or(Plane::ALL);
                 // Also from and to `about`, which is at zero.
                 let places = Plane::new(slot.x, slot.y).hull(Plane::ZERO);
-                (places - places).length
+                places.spread().length
             }
         }
     }
@@ -438,7 +438,7 @@ fn fold(op: Reduction, parts: &[(Value, bool, usize)]) -> Value {
             counts.fold(Interval::ZERO, |a, b| a + b)
         }
         Reduction::Any | Reduction::All => {
-            let meant = |truth: Truth| if op == Reduction::Any { truth } else { truth.not() };
+            let meant = |truth: Truth| if op == Reduction::Any { truth } else { !truth };
             let mut any = Truth::NO;
             for (truth, certain) in truths() {
                 let truth = meant(truth);

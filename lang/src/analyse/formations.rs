@@ -7,6 +7,8 @@ use super::influence::at;
 use super::rigidity::{Framework, Freedom};
 use super::scene::Scene;
 use super::shape::{flip, is_own_mirror};
+use crate::ast::Span;
+use crate::hir;
 use crate::plan::{Constraint, Expr, Formation, Function, Graph, World};
 use crate::problem::{Code, Problem};
 
@@ -99,22 +101,14 @@ fn distances(
         return;
     }
     if let Some(negative) = lengths.iter().flatten().find(|length| **length < 0.0) {
-        return ground.unrealisable(
-            id,
-            true,
-            &format!("a distance of {} m cannot be", shown(*negative)),
-            None,
-        );
+        let message = format!("a distance of {} m cannot be", shown(*negative));
+        return ground.unrealisable(id, Problem::error(&UNREALISABLE, message), &[]);
     }
     if one && formation.graph == Graph::Complete && nodes.count > 3 {
         let message =
             format!("{} nodes cannot all have the same distance from each other in the plane", nodes.count);
-        return ground.unrealisable(
-            id,
-            true,
-            &message,
-            Some("three can; give each edge its distance, or use fewer edges"),
-        );
+        let help = "three can; give each edge its distance, or use fewer edges";
+        return ground.unrealisable(id, Problem::error(&UNREALISABLE, message).help(help), &[]);
     }
     let full = (2 * nodes.count).saturating_sub(3);
     if nodes.count > SOLVED {
@@ -185,16 +179,25 @@ impl Ground<'_> {
         true
     }
 
-    fn unrealisable(&mut self, id: usize, surely: bool, message: &str, help: Option<&str>) {
-        let problem = match surely {
-            true => Problem::error(&UNREALISABLE, message),
-            false => Problem::warning(&UNREALISABLE, message),
+    /// Says that distances cannot be; `edges` are those to blame, the worst first, with what is to be said of them.
+    fn unrealisable(&mut self, id: usize, problem: Problem, edges: &[(usize, String)]) {
+        let places =
+            edges.iter().filter_map(|(edge, text)| Some((self.edge_span(id, *edge)?, text.as_str())));
+        let places: Vec<_> = places.collect();
+        let problem = match places.split_first() {
+            Some(((span, text), rest)) => {
+                rest.iter().fold(problem.at(*span, *text), |problem, (span, text)| problem.with(*span, *text))
+            }
+            None => at(problem, self.formation_span(id), "no places have these distances"),
         };
-        let problem = at(problem, self.formation_span(id), "no places have these distances");
-        self.problems.push(match help {
-            Some(help) => problem.help(help),
-            None => problem,
-        });
+        self.problems.push(problem);
+    }
+
+    fn edge_span(&self, formation: usize, edge: usize) -> Option<Span> {
+        match &self.hir.world.formations.get(formation)?.shape.as_ref()?.what.slots {
+            hir::Slots::Edges(edges) => edges.get(edge).map(|edge| edge.span),
+            _ => None,
+        }
     }
 
     fn too_far(&mut self, id: usize, nodes: &Nodes, lengths: &[Length], shortcut: &Shortcut) {
@@ -208,25 +211,33 @@ impl Ground<'_> {
             nodes.names(between),
             shown(shortcut.length)
         );
-        let help = format!(
-            "their distance can be {} m at most, or one of the others must be longer",
-            shown(shortcut.length)
-        );
-        self.unrealisable(id, true, &message, Some(&help));
+        let mut edges = vec![(shortcut.edge, "too long".to_owned())];
+        for (from, to) in shortcut.way.iter().zip(shortcut.way.iter().skip(1)) {
+            let joins = |&(a, b, _): &Length| (a, b) == (*from, *to) || (b, a) == (*from, *to);
+            let shortest = lengths.iter().enumerate().filter(|(_, length)| joins(length));
+            let shortest = shortest.min_by(|a, b| a.1.2.total_cmp(&b.1.2));
+            edges.extend(shortest.map(|(edge, length)| (edge, format!("{} m", shown(length.2)))));
+        }
+        let problem = Problem::error(&UNREALISABLE, message);
+        let most = shown(shortcut.length);
+        let help = format!("their distance can be {most} m at most, or one of the others must be longer");
+        self.unrealisable(id, problem.help(help), &edges);
     }
 
     fn not_found(&mut self, id: usize, nodes: &Nodes, lengths: &[Length], edge: usize, worst: f64) {
         let Some(&(a, b, length)) = lengths.get(edge) else { return };
         let message =
             format!("no places in the plane were found with the distances of `{}`", self.formation_name(id));
-        let help = format!(
-            "in the nearest that was found, {} and {} miss their {} m by {} m; change that distance, or take out an edge",
+        let note = format!(
+            "in the nearest that was found, {} and {} miss their {} m by {} m",
             nodes.name(a),
             nodes.name(b),
             shown(length),
             shown(worst)
         );
-        self.unrealisable(id, false, &message, Some(&help));
+        let problem = Problem::warning(&UNREALISABLE, message).note(note);
+        let label = format!("misses {} m by {} m", shown(length), shown(worst));
+        self.unrealisable(id, problem.help("change that distance, or take out an edge"), &[(edge, label)]);
     }
 
     fn flexible(

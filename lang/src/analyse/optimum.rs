@@ -221,10 +221,7 @@ impl Collector<'_> {
                 }
             }
             Expr::Clearance(a, b) => self.clearance(a, b, factor, times),
-            Expr::Reduce { op: op @ (Reduction::Sum | Reduction::Mean), vars, over, filter, body } => {
-                let vars: Vec<VarId> = vars.iter().map(|var| var.id).collect();
-                self.fold(*op, &vars, over, filter.as_deref(), body, factor, times);
-            }
+            Expr::Reduce { op: Reduction::Sum | Reduction::Mean, .. } => self.fold(expr, factor, times),
             _ => self.opaque(),
         }
     }
@@ -257,22 +254,16 @@ impl Collector<'_> {
         !learned && !self.movers.get(group).is_some_and(|movers| movers.contains(&self.group))
     }
 
-    fn fold(
-        &mut self,
-        op: Reduction,
-        vars: &[VarId],
-        over: &IndexSet,
-        filter: Option<&Expr>,
-        body: &Expr,
-        factor: f64,
-        times: usize,
-    ) {
+    /// A sum or a mean.
+    fn fold(&mut self, reduction: &Expr, factor: f64, times: usize) {
+        let Expr::Reduce { op, vars, over, filter, body } = reduction else { return self.opaque() };
+        let bound = |roles: Vec<Role>| vars.iter().map(|var| var.id).zip(roles).collect::<Vec<_>>();
         let Some(choices) = self.choices(over) else { return self.opaque() };
         let mut kept = Vec::new();
         for (roles, count) in choices {
             let outer = self.roles.len();
-            self.roles.extend(vars.iter().copied().zip(roles.iter().copied()));
-            let keeps = filter.map_or(Some(true), |filter| self.decided(filter));
+            self.roles.extend(bound(roles.clone()));
+            let keeps = filter.as_ref().map_or(Some(true), |filter| self.decided(filter));
             self.roles.truncate(outer);
             match keeps {
                 Some(true) => kept.push((roles, count)),
@@ -281,10 +272,10 @@ impl Collector<'_> {
             }
         }
         let total: usize = kept.iter().map(|(_, count)| count).sum();
-        let factor = if op == Reduction::Mean { factor / total.max(1) as f64 } else { factor };
+        let factor = if *op == Reduction::Mean { factor / total.max(1) as f64 } else { factor };
         for (roles, count) in kept {
             let outer = self.roles.len();
-            self.roles.extend(vars.iter().copied().zip(roles));
+            self.roles.extend(bound(roles));
             self.walk(body, factor, times * count);
             self.roles.truncate(outer);
         }
@@ -358,7 +349,7 @@ impl Ground<'_> {
             shown(near),
             shown(far)
         );
-        self.problems.push(problem.note(note).help(self.nearby(&name)));
+        self.problems.push(problem.note(note).help(self.nearby(group)));
     }
 
     fn fleeing_pays(&mut self, group: GroupId, near: f64, far: f64, pulls: &[Pull]) {
@@ -371,7 +362,7 @@ impl Ground<'_> {
         };
         let note =
             format!("far from everything, each metre further away gains {}; {bound}", shown(far - near));
-        self.problems.push(problem.note(note).help(self.nearby(&name)));
+        self.problems.push(problem.note(note).help(self.nearby(group)));
     }
 
     /// Shows the terms that reward distance, those that reward nearness, and the parameter that decides.
@@ -420,11 +411,18 @@ impl Ground<'_> {
         problem
     }
 
-    fn nearby(&self, name: &str) -> String {
-        format!(
-            "reward distance only where it matters, for example \
-             `-k * max(0 m, 0.25 m - |p[{name}] - p[obstacle]|)`, summed over what is to be avoided"
-        )
+    fn nearby(&self, group: GroupId) -> String {
+        let name = self.group_name(group);
+        let groups = &self.plan.world.groups;
+        let (who, all) = match groups.get(group).is_some_and(|group| group.size > 1) {
+            true => ("i".to_owned(), format!("sum(i in {name}) ")),
+            false => (name.to_owned(), String::new()),
+        };
+        let example = match groups.iter().any(|group| group.solid.is_some()) {
+            true => format!("`-k * {all}obstacle_range({who}, reach = 0.3 m)` of std.reward"),
+            false => format!("`-k * {all}max(0 m, 0.3 m - |p[{who}] - p[other]|)` for each to be avoided"),
+        };
+        format!("reward distance only where it matters, for example {example}")
     }
 }
 

@@ -147,7 +147,7 @@ impl<'p> Scene<'p> {
             },
             Control::Motion(Motion { output: MotionOutput::Position(output), .. }) => {
                 let motion = self.output(id, &group.control, output);
-                let jump = (motion - motion).over(Interval::point(dt));
+                let jump = motion.spread().over(Interval::point(dt));
                 let velocity = jump.hull(Plane::ZERO);
                 let outside = outside(motion, arena, false);
                 Known {
@@ -204,7 +204,7 @@ impl<'p> Scene<'p> {
     ) -> Plane {
         let dt = Interval::point(self.world.dt_s);
         if arena.is_some_and(|arena| !arena.covers(start)) {
-            return (position - position).over(dt).hull(Plane::ZERO);
+            return position.spread().over(dt).hull(Plane::ZERO);
         }
         // (p + v dt − p) / dt loses digits where p is large.
         let lost = 8.0 * f64::EPSILON * position.length.high / self.world.dt_s;
@@ -278,7 +278,7 @@ impl<'p> Scene<'p> {
         let each = stopping.map(|(other, obstacle)| {
             let size = obstacle.solid.as_ref().map_or(0.0, |solid| {
                 let outline = outline(solid);
-                (outline - outline).length.high
+                outline.spread().length.high
             });
             let moved = self.groups.get(other).map_or(f64::INFINITY, |known| known.velocity.length.high);
             obstacle.size as f64 * (size + 2.0 * group.radius_m + moved * self.world.dt_s)

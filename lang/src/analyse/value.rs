@@ -34,20 +34,23 @@ impl Truth {
         if truth { Truth::YES } else { Truth::NO }
     }
 
-    pub fn not(self) -> Truth {
-        Truth { can_hold: self.can_fail, can_fail: self.can_hold }
-    }
-
     pub fn and(self, other: Truth) -> Truth {
         Truth { can_hold: self.can_hold && other.can_hold, can_fail: self.can_fail || other.can_fail }
     }
 
     pub fn or(self, other: Truth) -> Truth {
-        self.not().and(other.not()).not()
+        !(!self).and(!other)
     }
 
     pub fn certain(self) -> bool {
         !self.can_fail
+    }
+}
+
+impl std::ops::Not for Truth {
+    type Output = Truth;
+    fn not(self) -> Truth {
+        Truth { can_hold: self.can_fail, can_fail: self.can_hold }
     }
 }
 
@@ -84,6 +87,12 @@ impl Plane {
     pub fn meet(self, other: Plane) -> Plane {
         let (x, y) = (self.x.meet(other.x), self.y.meet(other.y));
         Plane { length: self.length.meet(other.length), ..Plane::new(x, y) }
+    }
+
+    /// From any of these vectors to any other.
+    pub fn spread(self) -> Plane {
+        let other = self;
+        self - other
     }
 
     pub fn covers(self, other: Plane) -> bool {
@@ -214,11 +223,11 @@ pub fn binary(op: BinaryOp, left: Value, right: Value) -> Value {
         },
         BinaryOp::Pow => Value::Number(a.power(b)),
         BinaryOp::Less => Value::Truth(below(a, b)),
-        BinaryOp::LessEq => Value::Truth(below(b, a).not()),
+        BinaryOp::LessEq => Value::Truth(!below(b, a)),
         BinaryOp::Greater => Value::Truth(below(b, a)),
-        BinaryOp::GreaterEq => Value::Truth(below(a, b).not()),
+        BinaryOp::GreaterEq => Value::Truth(!below(a, b)),
         BinaryOp::Equal => Value::Truth(equal(left, right)),
-        BinaryOp::NotEqual => Value::Truth(equal(left, right).not()),
+        BinaryOp::NotEqual => Value::Truth(!equal(left, right)),
         BinaryOp::And => Value::Truth(left.truth().and(right.truth())),
         BinaryOp::Or => Value::Truth(left.truth().or(right.truth())),
     }
