@@ -361,6 +361,8 @@ pub enum Expr {
     Call(Call),
     /// `(x, y)`
     Vector(Box<ExprAt>, Box<ExprAt>),
+    /// `(a, b, c)`, three or more; in sweeps.
+    Tuple(Vec<ExprAt>),
     /// `[400, 300]`
     List(Vec<ExprAt>),
     /// `low .. high`

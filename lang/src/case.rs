@@ -1,88 +1,56 @@
-//! The scenario as one kind of episode sees it: as trained, or with the changes of a protocol.
+//! What a scenario's expressions come to in one kind of episode: those of training, of an evaluation or of a stage.
 
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::constant::{Constant, Constants};
-use crate::hir::{Change, Control, Expr, Hir, Protocol, Slots, Track, World};
+use crate::hir::{Expr, Hir, Param, Slots, Track, World};
 use crate::inline::{Inliner, Refusal, Value, group_of as group_of_set};
-use crate::plan::{self, AgentRef, Area, GroupId, IndexSet, ParamId, Quantity, Setting, VarId};
+use crate::plan::{self, AgentRef, Area, GroupId, IndexSet, ParamId, Quantity, Schedule, Setting, VarId};
 
 pub struct Case<'s> {
-    pub world: World,
+    pub world: &'s World,
     pub constants: Constants,
-    tracks: Vec<Track>,
-    /// Parameters that differ from those of training.
+    tracks: &'s [Track],
+    /// Parameters that differ from those of the Plan.
     pub folded: BTreeMap<ParamId, f64>,
     /// Nodes inlined so far, over all cases.
     spent: &'s Cell<usize>,
 }
 
 impl<'s> Case<'s> {
-    pub fn training(hir: &Hir, spent: &'s Cell<usize>) -> Case<'s> {
-        Case::new(hir, &[], spent)
+    /// `plan`: the parameters that the Plan lists. What is drawn for each episode has no value.
+    pub fn of(hir: &'s Hir, plan: &[Param], spent: &'s Cell<usize>) -> Case<'s> {
+        let mut params: Vec<Option<f64>> = hir.params.iter().map(|param| param.value).collect();
+        for drawn in &hir.world.randomise {
+            params.iter_mut().skip(drawn.param).take(1).for_each(|value| *value = None);
+        }
+        Case::with(hir, plan, params, spent)
     }
 
-    pub fn of(hir: &Hir, protocol: &Protocol, spent: &'s Cell<usize>) -> Case<'s> {
-        let changes: Vec<&Change> = protocol.changes.iter().map(|change| &change.node).collect();
-        Case::new(hir, &changes, spent)
-    }
-
-    fn new(hir: &Hir, changes: &[&Change], spent: &'s Cell<usize>) -> Case<'s> {
-        let mut case = Case {
-            world: hir.world.clone(),
-            tracks: hir.tracks.clone(),
-            constants: Constants::default(),
-            folded: BTreeMap::new(),
-            spent,
-        };
-        for (id, param) in hir.params.iter().enumerate() {
-            let chosen = changes.iter().rev().find_map(|change| match change {
-                Change::Param(changed, value) if *changed == id => Some(value),
-                _ => None,
-            });
-            let value = case.number(chosen.unwrap_or(&param.default));
-            if let Some(number) = value.filter(|_| value != param.value) {
-                case.folded.insert(id, number);
-            }
-            case.constants.params.push(value);
-        }
-        for change in changes {
-            case.apply(change);
-        }
+    /// With these values of the parameters.
+    pub fn with(hir: &'s Hir, plan: &[Param], params: Vec<Option<f64>>, spent: &'s Cell<usize>) -> Case<'s> {
+        let differing = params.iter().zip(plan).enumerate().filter_map(|(id, (value, param))| {
+            value.filter(|_| *value != param.value).map(|value| (id, value))
+        });
+        let folded = differing.collect();
+        let constants = Constants { params, ..Constants::default() };
+        let mut case = Case { world: &hir.world, tracks: &hir.tracks, constants, folded, spent };
         let numbers = |expr: &Option<Expr>| expr.as_ref().and_then(|expr| case.number(expr));
-        let world = &case.world;
+        let world = case.world;
         let (dt, safety, horizon) = (numbers(&world.dt), numbers(&world.safety), numbers(&world.horizon));
         case.constants =
             Constants { dt_s: dt, safety_m: safety, horizon, ..std::mem::take(&mut case.constants) };
         case
     }
 
-    fn apply(&mut self, change: &Change) {
-        let world = &mut self.world;
-        match change {
-            Change::Param(..) => {}
-            Change::Dt(value) => world.dt = Some(value.clone()),
-            Change::Horizon(value) => world.horizon = Some(value.clone()),
-            Change::Safety(value) => world.safety = Some(value.clone()),
-            Change::Arena(group, value) => {
-                world.groups.iter_mut().skip(*group).take(1).for_each(|g| g.arena = Some(value.clone()));
-            }
-            Change::Speed(group, value) => {
-                world.groups.iter_mut().skip(*group).take(1).for_each(|g| g.speed = Some(value.clone()));
-            }
-            Change::Start(group, value) => {
-                world.groups.iter_mut().skip(*group).take(1).for_each(|g| g.start = Some(value.clone()));
-            }
-            Change::Motion(group, value) => {
-                let control = Control::Motion(value.clone());
-                world.groups.iter_mut().skip(*group).take(1).for_each(|g| g.control = Some(control.clone()));
-            }
-        }
+    pub fn inliner(&self) -> Inliner<'_> {
+        Inliner::new(self.world, self.tracks, &self.folded, self.spent)
     }
 
-    pub fn inliner(&self) -> Inliner<'_> {
-        Inliner::new(&self.world, &self.tracks, &self.folded, self.spent)
+    /// With other parameters replaced by numbers.
+    pub fn inliner_with<'c>(&'c self, folded: &'c BTreeMap<ParamId, f64>) -> Inliner<'c> {
+        Inliner::new(self.world, self.tracks, folded, self.spent)
     }
 
     pub fn value(&self, expr: &Expr) -> Result<Value, Refusal> {
@@ -128,6 +96,12 @@ impl<'s> Case<'s> {
                 Constant::Number(number) if number.is_finite() => Setting::Number(number),
                 _ => return None,
             },
+            Value::Schedule(curve, parts) => {
+                let [from, to, begin, end] = *parts;
+                let [from, to] = [self.finite(&from)?, self.finite(&to)?];
+                let [begin, end] = [self.finite(&begin)?, self.finite(&end)?];
+                Setting::Schedule(Schedule { curve, from, to, begin, end })
+            }
             Value::Agent(..) | Value::Area(_) => return None,
             Value::Formation(_) | Value::Group(_) | Value::Track(_) => return None,
         })

@@ -6,6 +6,7 @@
 pub(crate) mod agents;
 pub(crate) mod arithmetic;
 pub(crate) mod call;
+pub(crate) mod cases;
 pub(crate) mod declare;
 pub(crate) mod evaluate;
 pub(crate) mod expr;
@@ -15,10 +16,14 @@ pub(crate) mod formations;
 pub(crate) mod learn;
 pub(crate) mod motion;
 pub(crate) mod obstacles;
+pub(crate) mod randomise;
 pub(crate) mod reward;
 pub(crate) mod scene;
+pub(crate) mod schedule;
 pub(crate) mod sets;
 pub(crate) mod settings;
+pub(crate) mod sweep;
+pub(crate) mod test;
 pub mod units;
 pub(crate) mod value;
 
@@ -36,7 +41,8 @@ use crate::source::Sources;
 
 use units::Units;
 
-/// A parameter's value from outside the scenario.
+/// A parameter's value other than the declared one.
+#[derive(Clone)]
 pub struct Override {
     pub name: Name,
     pub value: ExprAt,
@@ -49,39 +55,15 @@ pub fn check(
     sources: &Sources,
     problems: &mut Problems,
 ) -> (Hir, Units) {
-    let mut checker = Checker {
-        program,
-        sources,
-        units: Units::new(program, problems),
-        problems,
-        hir: Hir::default(),
-        constants: Constants::default(),
-        ids: Ids::default(),
-        seen: Seen::default(),
-        used: BTreeSet::new(),
-        next_var: 0,
-        spent: Cell::new(0),
-        level: 0,
-        told: BTreeSet::new(),
-    };
-    checker.number_items();
-    checker.params(overrides);
-    checker.tracks();
-    checker.world();
-    checker.group_sizes();
-    checker.formations();
-    checker.declarations();
-    checker.agents();
-    checker.obstacles();
-    checker.scene();
-    checker.reward();
-    checker.learning();
-    checker.protocols();
-    checker.claims();
-    checker.heading();
+    let units = Units::new(program, problems);
+    let mut checker = Checker::new(program, sources, &units, Seen::default(), problems);
+    checker.world_of_episodes(overrides);
+    checker.study();
     checker.feasible();
+    checker.cases(overrides);
     checker.unused();
-    (checker.hir, checker.units)
+    let hir = checker.hir;
+    (hir, units)
 }
 
 /// Problems after which nothing is suggested any more.
@@ -91,10 +73,12 @@ struct Checker<'a> {
     program: &'a Program,
     sources: &'a Sources,
     problems: &'a mut Problems,
-    units: Units,
+    units: &'a Units,
     hir: Hir,
     constants: Constants,
     ids: Ids,
+    /// Parameters that are drawn for each episode, and where that is said.
+    randomised: BTreeMap<ParamId, Span>,
     seen: Seen,
     /// Names of `use`s and parameters that something refers to.
     used: BTreeSet<Span>,
@@ -124,6 +108,23 @@ struct Seen {
     motions: BTreeMap<ItemId, motion::Declared<hir::Motion>>,
     shapes: BTreeMap<ItemId, motion::Declared<hir::Shape>>,
     externs: BTreeMap<ItemId, Arc<[hir::Parameter]>>,
+}
+
+impl Seen {
+    /// What the other modules declare, which no change of the scenario touches.
+    fn of_others(&self, main: usize) -> Seen {
+        fn others<T: Clone>(seen: &BTreeMap<ItemId, T>, main: usize) -> BTreeMap<ItemId, T> {
+            let others = seen.iter().filter(|(id, _)| id.module != main);
+            others.map(|(id, seen)| (*id, seen.clone())).collect()
+        }
+        Seen {
+            lets: others(&self.lets, main),
+            functions: others(&self.functions, main),
+            motions: others(&self.motions, main),
+            shapes: others(&self.shapes, main),
+            externs: others(&self.externs, main),
+        }
+    }
 }
 
 /// What an expression can refer to besides items.
@@ -193,6 +194,58 @@ impl Locals {
 }
 
 impl<'a> Checker<'a> {
+    /// `seen`: what is known already.
+    fn new(
+        program: &'a Program,
+        sources: &'a Sources,
+        units: &'a Units,
+        seen: Seen,
+        problems: &'a mut Problems,
+    ) -> Self {
+        Checker {
+            program,
+            sources,
+            problems,
+            units,
+            hir: Hir::default(),
+            constants: Constants::default(),
+            ids: Ids::default(),
+            randomised: BTreeMap::new(),
+            seen,
+            used: BTreeSet::new(),
+            next_var: 0,
+            spent: Cell::new(0),
+            level: 0,
+            told: BTreeSet::new(),
+        }
+    }
+
+    /// Everything that an episode depends on.
+    fn world_of_episodes(&mut self, overrides: &'a [Override]) {
+        self.number_items();
+        self.mark_randomised();
+        self.params(overrides);
+        self.randomise();
+        self.tracks();
+        self.world();
+        self.group_sizes();
+        self.formations();
+        self.declarations();
+        self.agents();
+        self.obstacles();
+        self.scene();
+        self.reward();
+    }
+
+    /// What is done with it.
+    fn study(&mut self) {
+        self.learning();
+        self.protocols();
+        self.claims();
+        self.tests();
+        self.heading();
+    }
+
     /// Reports a problem, once.
     fn report(&mut self, problem: Problem) {
         if self.told.insert((problem.code.name, problem.span(), problem.message.clone())) {

@@ -1,7 +1,7 @@
 //! Every kind of problem the compiler knows.
 
 use crate::problem::Code;
-use crate::{analyse, check, lower, parse, recording, resolve};
+use crate::{analyse, change, check, lower, parse, recording, resolve};
 
 /// All codes.
 pub const ALL: &[&Code] = &[
@@ -32,6 +32,7 @@ pub const ALL: &[&Code] = &[
     &check::arithmetic::BAD_OPERANDS,
     &check::call::BAD_ARGUMENTS,
     &check::call::MISPLACED_DRAW,
+    &check::cases::BAD_UNTIL,
     &check::declare::MISSING_VALUE,
     &check::motion::MOTION_OUTPUT,
     &check::declare::NOTHING_DRAWN,
@@ -65,12 +66,16 @@ pub const ALL: &[&Code] = &[
     &check::settings::GIVEN_TWICE,
     &check::settings::MISSING,
     &check::settings::UNKNOWN_SETTING,
+    &check::sweep::BAD_SWEEP,
+    &check::test::BAD_TEST,
     &check::units::BAD_UNIT,
     &check::units::UNKNOWN_DIMENSION,
     &check::units::UNKNOWN_UNIT,
     &check::value::NOT_CONSTANT,
     &check::value::OUT_OF_RANGE,
     &check::value::TOO_LARGE,
+    &change::NOT_CHANGEABLE,
+    &lower::OTHER_SIZES,
     &lower::UNKNOWN_MEMBER,
     &parse::CHAINED_COMPARISON,
     &parse::FILE_TOO_LARGE,

@@ -1,7 +1,7 @@
 //! What the checker found out, for people and golden files.
 
 use crate::check::units::Units;
-use crate::hir::{Control, Expr, Extern, Hir, Kind, Set, Type};
+use crate::hir::{Control, Expr, Extern, Hir, Kind, Set, TestStep, Type};
 use crate::plan::ClaimKind;
 
 /// Every parameter, setting, observation, term and end with its type.
@@ -44,6 +44,10 @@ pub fn describe(hir: &Hir, units: &Units) -> String {
         let about = formation.about.map_or(String::new(), |about| format!(" about {}", name(about)));
         text.line(0, format!("formation {} of {} = {shape}{about}", formation.name, name(formation.group)));
     }
+    for drawn in &world.randomise {
+        let name = hir.params.get(drawn.param).map_or("?", |param| param.name.as_str());
+        text.typed(0, &format!("randomise {name}"), Some(&drawn.value));
+    }
     for condition in &world.require {
         text.typed(0, "require", Some(condition));
     }
@@ -69,7 +73,20 @@ pub fn describe(hir: &Hir, units: &Units) -> String {
         text.provided(0, "controller", &controller.what);
     }
     for protocol in &hir.protocols {
-        text.line(0, format!("evaluate {} with {} changes", protocol.name, protocol.changes.len()));
+        let changes = if protocol.changed.is_some() { " with changes" } else { "" };
+        text.line(0, format!("evaluate {}{changes}", protocol.name));
+    }
+    for stage in &hir.stages {
+        text.line(0, format!("stage {} until {:?} within {:?}", stage.name, stage.until, stage.most_steps));
+    }
+    for variant in &hir.variants {
+        text.line(0, format!("variant {}: {}", variant.name, variant.text));
+    }
+    for test in &hir.tests {
+        text.line(0, format!("test \"{}\"", test.name));
+        for step in &test.steps {
+            text.test_step(&step.node);
+        }
     }
     for claim in &hir.claims {
         text.line(0, format!("expect {}", self::claim(&claim.kind)));
@@ -109,6 +126,19 @@ impl Text<'_> {
         }
     }
 
+    fn test_step(&mut self, step: &TestStep) {
+        match step {
+            TestStep::Place { position, .. } => self.typed(1, "place", Some(position)),
+            TestStep::Turn { heading, .. } => self.typed(1, "turn", Some(heading)),
+            TestStep::Steer { velocity, .. } => self.typed(1, "steer", Some(velocity)),
+            TestStep::Step(steps) => self.line(1, format!("step {steps}")),
+            TestStep::Check { text, actual, .. } => {
+                let actual = actual.as_ref().map(|actual| format!(" of {}", self.type_(&actual.type_)));
+                self.line(1, format!("check{} {text}", actual.unwrap_or_default()));
+            }
+        }
+    }
+
     fn provided(&mut self, depth: usize, kind: &str, what: &Extern) {
         self.line(depth, format!("{kind} {}", what.name));
         for (name, value) in &what.settings {
@@ -130,6 +160,7 @@ impl Text<'_> {
             Type::Formation => "formation".to_owned(),
             Type::Group => "group".to_owned(),
             Type::Track => "track".to_owned(),
+            Type::Schedule => "schedule".to_owned(),
             Type::Word(words) => format!("one of ({})", words.join(", ")),
             Type::Poison => "?".to_owned(),
         }

@@ -21,6 +21,11 @@ impl Ratio {
         Some(Ratio { num: num / divisor, den: den / divisor })
     }
 
+    /// Numerator and denominator.
+    pub fn parts(self) -> (i64, i64) {
+        (self.num, self.den)
+    }
+
     pub fn is_zero(self) -> bool {
         self.num == 0
     }

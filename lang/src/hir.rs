@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::ast::{Span, Spanned};
 use crate::dim::Dim;
 use crate::plan::{BinaryOp, ClaimKind, Function as BuiltIn, Quantity, Reduction, UnaryOp, WorldConstant};
-use crate::plan::{FormationId, Frame, Graph, GroupId, ParamId, TrackId, VarId};
+use crate::plan::{Curve, FormationId, Frame, Graph, GroupId, Measure, ParamId, TrackId, Until, VarId};
 
 /// What an expression is.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +28,8 @@ pub enum Type {
     Group,
     /// A recorded path.
     Track,
+    /// A plain number that changes over training.
+    Schedule,
     /// One of these words; only as the type of a setting.
     Word(Vec<String>),
     /// Of an expression that a problem was reported for; it fits everywhere.
@@ -109,6 +111,10 @@ pub enum Kind {
         body: Box<Expr>,
     },
     Draw(Draw, Vec<Expr>),
+    /// From, to, begin and end.
+    Schedule(Curve, Vec<Expr>),
+    /// What a test reads off.
+    Measured(Measure),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -283,6 +289,7 @@ pub struct World {
     pub observe: Vec<Observation>,
     pub reward: Vec<Term>,
     pub ends: Vec<End>,
+    pub randomise: Vec<Randomised>,
 }
 
 /// One policy for each member of a group; the variables stand for the member.
@@ -377,21 +384,53 @@ pub struct Method {
 pub struct Protocol {
     pub name: String,
     pub episodes: Expr,
-    pub changes: Vec<Spanned<Change>>,
+    /// The scenario with its changes, as far as the world goes; `None`: it changes nothing.
+    pub changed: Option<Box<Hir>>,
     pub span: Span,
 }
 
-/// What a protocol changes of the scenario.
 #[derive(Clone, Debug)]
-pub enum Change {
-    Param(ParamId, Expr),
-    Dt(Expr),
-    Horizon(Expr),
-    Safety(Expr),
-    Arena(GroupId, Expr),
-    Speed(GroupId, Expr),
-    Start(GroupId, Expr),
-    Motion(GroupId, Called<Motion>),
+pub struct Stage {
+    pub name: String,
+    /// The scenario with its changes, as far as the world goes.
+    pub changed: Box<Hir>,
+    pub until: Option<Until>,
+    pub most_steps: Option<usize>,
+    pub span: Span,
+}
+
+/// The same scenario with changes: a whole study.
+#[derive(Clone, Debug)]
+pub struct Variant {
+    pub name: String,
+    /// The changes as written.
+    pub text: String,
+    pub changed: Box<Hir>,
+    pub span: Span,
+}
+
+/// A parameter that is drawn anew for each episode.
+#[derive(Clone, Debug)]
+pub struct Randomised {
+    pub param: ParamId,
+    pub value: Expr,
+    pub span: Span,
+}
+
+#[derive(Clone, Debug)]
+pub struct Test {
+    pub name: String,
+    pub steps: Vec<Spanned<TestStep>>,
+    pub span: Span,
+}
+
+#[derive(Clone, Debug)]
+pub enum TestStep {
+    Place { agent: Expr, position: Expr },
+    Turn { agent: Expr, heading: Expr },
+    Steer { agent: Expr, velocity: Expr },
+    Step(usize),
+    Check { text: String, actual: Option<Expr>, holds: Expr },
 }
 
 #[derive(Clone, Debug)]
@@ -424,6 +463,9 @@ pub struct Hir {
     pub controllers: Vec<Method>,
     pub seeds: Option<Expr>,
     pub protocols: Vec<Protocol>,
+    pub stages: Vec<Stage>,
+    pub variants: Vec<Variant>,
+    pub tests: Vec<Test>,
     pub claims: Vec<Claim>,
     pub bounds: Vec<Bound>,
 }
@@ -512,7 +554,9 @@ impl Expr {
             Kind::Slot(a, b) | Kind::Element(a, b) | Kind::OnTrack(a, b) => vec![a, b],
             Kind::Clearance(pair) | Kind::Same(pair) => pair.iter().collect(),
             Kind::Rest(of, pair) => std::iter::once(&**of).chain(pair.iter()).collect(),
-            Kind::List(all) | Kind::BuiltIn(_, all) | Kind::Draw(_, all) => all.iter().collect(),
+            Kind::List(all) | Kind::BuiltIn(_, all) | Kind::Draw(_, all) | Kind::Schedule(_, all) => {
+                all.iter().collect()
+            }
             Kind::Call(function, args) => std::iter::once(&function.body).chain(args).collect(),
             Kind::If { condition, then, otherwise } => vec![condition, then, otherwise],
             Kind::Reduce { over, body, .. } => {

@@ -25,6 +25,8 @@ pub enum Value {
     Formation(FormationId),
     Group(IndexSet),
     Track(TrackId),
+    /// From, to, begin and end.
+    Schedule(plan::Curve, Box<[plan::Expr; 4]>),
 }
 
 impl Value {
@@ -32,7 +34,7 @@ impl Value {
         match self {
             Value::Expr(expr) => vec![expr],
             Value::Range(low, high) => vec![low, high],
-            Value::Area(sides) => sides.iter().collect(),
+            Value::Area(parts) | Value::Schedule(_, parts) => parts.iter().collect(),
             Value::List(all) => all.iter().collect(),
             Value::Agent(..) | Value::Word(_) => Vec::new(),
             Value::Formation(_) | Value::Group(_) | Value::Track(_) => Vec::new(),
@@ -254,6 +256,12 @@ impl<'h> Inliner<'h> {
                 let body = self.boxed(body, args)?;
                 E::Reduce { op: *op, vars, over: set, filter, body }
             }
+            Kind::Schedule(curve, of) => {
+                let of = of.iter().map(|expr| self.expr(expr, args)).collect::<Result<Vec<_>, _>>()?;
+                let of = of.try_into().map_err(|_| Refusal::Poison)?;
+                return Ok(Value::Schedule(*curve, Box::new(of)));
+            }
+            Kind::Measured(measure) => E::Measured(*measure),
             Kind::Draw(draw, of) => {
                 let mut of =
                     of.iter().map(|expr| self.boxed(expr, args)).collect::<Result<Vec<_>, _>>()?.into_iter();

@@ -9,6 +9,7 @@
 pub mod analyse;
 pub mod ast;
 mod case;
+mod change;
 pub mod check;
 pub mod codes;
 mod constant;
@@ -28,6 +29,7 @@ pub mod problem;
 pub mod recording;
 pub mod render;
 pub mod resolve;
+mod sizes;
 pub mod source;
 pub mod stdlib;
 

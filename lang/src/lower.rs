@@ -1,5 +1,7 @@
 //! From the typed scenario to what runs: `Hir → Plan`. Calls are inlined, settings become numbers.
 
+mod cases;
+
 use std::cell::Cell;
 use std::collections::BTreeMap;
 
@@ -8,14 +10,19 @@ use crate::case::Case;
 use crate::check::obstacles::solid;
 use crate::check::units::Units;
 use crate::check::value::{not_constant, too_large};
+use crate::dim::Dim;
 use crate::hir::{self, Hir, Output, Type};
 use crate::inline::{Inliner, Refusal, Value};
 use crate::plan::{
     Binder, Claim, Constraint, Control, Each, End, Expr, Extern, Formation, Group, GroupId, Method, Motion,
-    MotionOutput, MotionState, Observation, Param, Plan, Protocol, Shared, Slots, Term, Track, VarId, World,
+    MotionOutput, MotionState, Observation, Param, Plan, Randomised, Shared, Slots, Term, Track, VarId,
+    World,
 };
 use crate::problem::{Code, Problem, Problems};
 use crate::source::Sources;
+
+use cases::Cases;
+pub use cases::OTHER_SIZES;
 
 /// The variable that stands for a member of a shared policy: the first of each expression.
 const SHARED: VarId = 0;
@@ -26,14 +33,14 @@ const SEEDS: usize = 10;
 /// A checked scenario's Plan; `None` if something could not be lowered, which is reported.
 pub fn lower(hir: &Hir, units: &Units, sources: &Sources, problems: &mut Problems) -> Option<Plan> {
     let spent = Cell::new(0);
-    let case = Case::training(hir, &spent);
-    let mut lower = Lower { hir, units, sources, case: &case, problems };
-    let world = lower.world()?;
-    let params = hir.params.iter().map(|param| lower.param(param)).collect::<Option<_>>()?;
-    let learners = hir.learners.iter().map(|method| lower.method(method)).collect::<Option<_>>()?;
-    let controllers = hir.controllers.iter().map(|method| lower.method(method)).collect::<Option<_>>()?;
+    let case = Case::of(hir, &hir.params, &spent);
+    let mut own = Lower { hir, units, sources, case: &case, problems };
+    let world = own.world()?;
+    let params = hir.params.iter().map(|param| own.param(param)).collect::<Option<_>>()?;
+    let learners = hir.learners.iter().map(|method| own.method(method)).collect::<Option<_>>()?;
+    let controllers = hir.controllers.iter().map(|method| own.method(method)).collect::<Option<_>>()?;
     let seeds = match &hir.seeds {
-        Some(seeds) => lower.number(seeds)? as usize,
+        Some(seeds) => own.number(seeds)? as usize,
         None => SEEDS,
     };
     let claims = hir.claims.iter().map(|claim| Claim {
@@ -41,36 +48,26 @@ pub fn lower(hir: &Hir, units: &Units, sources: &Sources, problems: &mut Problem
         kind: claim.kind.clone(),
         at: sources.place(claim.span),
     });
-    let claims = claims.collect();
-    let mut protocols = Vec::new();
-    for protocol in &hir.protocols {
-        let case = Case::of(hir, protocol, &spent);
-        let mut lower = Lower { hir, units, sources, case: &case, problems };
-        let episodes = lower.number(&protocol.episodes)? as usize;
-        let changed = if protocol.changes.is_empty() { None } else { Some(Box::new(lower.world()?)) };
-        protocols.push(Protocol {
-            name: protocol.name.clone(),
-            episodes,
-            world: changed.filter(|changed| **changed != world),
-            at: sources.place(protocol.span),
-        });
-    }
-    Some(Plan {
+    let mut plan = Plan {
         name: hir.name.clone(),
         doc: hir.doc.clone(),
         params,
-        world,
         learners,
         controllers,
         first_seed: 0,
         seeds,
-        protocols,
-        claims,
+        claims: claims.collect(),
+        tests: hir.tests.iter().map(|test| own.test(test)).collect::<Option<_>>()?,
+        world,
         tracks: hir.tracks.iter().map(|track| lowered(track, sources)).collect(),
-        stages: Vec::new(),
-        variants: Vec::new(),
-        tests: Vec::new(),
-    })
+        ..Plan::default()
+    };
+    let mut cases = Cases { hir, units, sources, spent: &spent, plan: &plan, problems };
+    let protocols = hir.protocols.iter().map(|protocol| cases.protocol(protocol)).collect::<Option<_>>()?;
+    let stages = hir.stages.iter().map(|stage| cases.stage(stage)).collect::<Option<_>>()?;
+    let variants = hir.variants.iter().map(|variant| cases.variant(variant)).collect::<Option<_>>()?;
+    (plan.protocols, plan.stages, plan.variants) = (protocols, stages, variants);
+    Some(plan)
 }
 
 fn lowered(track: &hir::Track, sources: &Sources) -> Track {
@@ -154,8 +151,32 @@ impl<'a> Lower<'a> {
             doc: param.doc.clone(),
             value: self.constant(param.value, param.span)?,
             dimension: self.units.name(&param.dim),
-            text: self.sources.text(param.default.span).to_owned(),
+            text: self.written(&param.default, &param.dim),
             at: self.sources.place(param.span),
+        })
+    }
+
+    /// A value as it stands in the source; as a number, if it is a point of a range.
+    fn written(&self, value: &hir::Expr, dim: &Dim) -> String {
+        let text = self.sources.text(value.span);
+        match value.kind {
+            hir::Kind::Number(number) if text.contains('(') => {
+                format!("{number} {}", self.units.si(dim)).trim_end().to_owned()
+            }
+            _ => text.to_owned(),
+        }
+    }
+
+    /// A draw around a parameter's own value means the declared one.
+    fn randomised(&mut self, drawn: &hir::Randomised) -> Option<Randomised> {
+        let mut folded = self.case.folded.clone();
+        let declared = self.hir.params.get(drawn.param).and_then(|param| param.value);
+        folded.extend(declared.map(|value| (drawn.param, value)));
+        let value = self.case.inliner_with(&folded).expr(&drawn.value, &[]);
+        Some(Randomised {
+            param: drawn.param,
+            value: self.told(value, drawn.value.span)?,
+            at: self.sources.place(drawn.span),
         })
     }
 
@@ -174,7 +195,7 @@ impl<'a> Lower<'a> {
     }
 
     fn world(&mut self) -> Option<World> {
-        let world = &self.case.world;
+        let world = self.case.world;
         Some(World {
             dt_s: self.number(world.dt.as_ref()?)?,
             horizon: self.number(world.horizon.as_ref()?)? as usize,
@@ -186,7 +207,7 @@ impl<'a> Lower<'a> {
                 .map(|(id, group)| self.group(id, group))
                 .collect::<Option<_>>()?,
             formations: world.formations.iter().map(|f| self.formation(f)).collect::<Option<_>>()?,
-            randomise: Vec::new(),
+            randomise: world.randomise.iter().map(|drawn| self.randomised(drawn)).collect::<Option<_>>()?,
             shared: world.shared.as_ref().map(|shared| Shared {
                 group: shared.group,
                 var: Binder { id: SHARED, name: shared.var.1.clone() },

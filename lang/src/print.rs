@@ -172,6 +172,7 @@ pub fn expr(expr: &ExprAt) -> String {
         Expr::Index(of, index) => format!("{}[{}]", this(of), this(index)),
         Expr::Call(it) => call(it, true),
         Expr::Vector(x, y) => format!("({}, {})", this(x), this(y)),
+        Expr::Tuple(values) => format!("({})", values.iter().map(this).collect::<Vec<_>>().join(", ")),
         Expr::List(values) => format!("[{}]", values.iter().map(this).collect::<Vec<_>>().join(", ")),
         Expr::Range(low, high) => format!("({} .. {})", this(low), this(high)),
         Expr::Bars(of) => format!("|{}|", this(of)),

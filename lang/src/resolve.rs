@@ -17,7 +17,7 @@ const DEEPEST: usize = 32;
 #[derive(Debug, Default)]
 pub struct Program {
     /// The standard modules seen without `use`, then the others; each after those it uses.
-    pub modules: Vec<Module>,
+    pub modules: Vec<Arc<Module>>,
     /// The scenario itself.
     pub main: usize,
     /// How many of the modules are seen without `use`.
@@ -32,7 +32,7 @@ pub struct Module {
     pub path: String,
     pub standard: bool,
     pub file: File,
-    names: Names,
+    names: Arc<Names>,
 }
 
 /// What the names of a module stand for; more than one thing only if that was reported.
@@ -194,7 +194,18 @@ impl Program {
     }
 
     pub fn main(&self) -> Option<&Module> {
-        self.modules.get(self.main)
+        self.modules.get(self.main).map(|main| &**main)
+    }
+
+    /// The same program with another scenario file, whose items have the same numbers and names; those that it has
+    /// more are not seen by name.
+    pub fn with_main(&self, file: File) -> Program {
+        let mut modules = self.modules.clone();
+        if let Some(main) = modules.get_mut(self.main) {
+            let Module { path, standard, names, .. } = &**main;
+            *main = Arc::new(Module { path: path.clone(), standard: *standard, file, names: names.clone() });
+        }
+        Program { modules, main: self.main, prelude: self.prelude, recordings: self.recordings.clone() }
     }
 
     /// The items of all modules, those of a module together.
@@ -207,7 +218,7 @@ impl Program {
     /// Where the scenario imported a name of an existing item, and in which spaces; units work without a mention.
     pub fn imports(&self) -> BTreeMap<Span, &str> {
         let mut found = BTreeMap::new();
-        for ((space, name), entries) in self.main().into_iter().flat_map(|main| &main.names) {
+        for ((space, name), entries) in self.main().into_iter().flat_map(|main| &*main.names) {
             for entry in entries.iter().filter(|entry| entry.imported && self.item(entry.id).is_some()) {
                 if !matches!(space, Space::Unit | Space::Dimension) {
                     found.insert(entry.at, name.as_str());
@@ -296,7 +307,8 @@ impl Resolver<'_> {
             }
         }
         self.loading.pop();
-        self.program.modules.push(Module { path: path.to_owned(), standard, file, names });
+        let names = Arc::new(names);
+        self.program.modules.push(Arc::new(Module { path: path.to_owned(), standard, file, names }));
         index
     }
 

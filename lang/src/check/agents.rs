@@ -146,7 +146,7 @@ impl<'a> Checker<'a> {
                 self.constant_setting(x, what);
                 self.constant_setting(y, what);
             }
-            Kind::List(all) => {
+            Kind::List(all) | Kind::Schedule(_, all) => {
                 for entry in all {
                     self.constant_setting(entry, what);
                 }

@@ -7,7 +7,7 @@ use super::{Checker, Scope};
 use crate::ast::{Argument, Call, Item, Span};
 use crate::dim::{Dim, Substitution};
 use crate::hir::{self, Bound, Draw, Expr, Kind, Parameter, Type};
-use crate::plan::{Function as BuiltIn, Quantity};
+use crate::plan::{Curve, Function as BuiltIn, Quantity};
 use crate::problem::{Code, Problem};
 use crate::resolve::{Space, listed};
 
@@ -27,6 +27,7 @@ pub enum Action {
     Draw(Draw),
     /// An expression of its own, made of the arguments.
     Of(fn(Vec<Expr>) -> Result<Kind, Vec<Expr>>),
+    Schedule(Curve),
     Body(Arc<hir::Function>),
     /// A problem was reported.
     Poison,
@@ -81,6 +82,10 @@ impl<'a> Checker<'a> {
         let kind = match &function.action {
             Action::BuiltIn(built_in) => Kind::BuiltIn(*built_in, args),
             Action::Draw(draw) => Kind::Draw(*draw, args),
+            Action::Schedule(curve) => {
+                self.schedule(*curve, &args);
+                Kind::Schedule(*curve, args)
+            }
             Action::Body(body) => Kind::Call(body.clone(), args),
             Action::Of(make) => match make(args) {
                 Ok(kind) => kind,
@@ -321,6 +326,10 @@ impl<'a> Checker<'a> {
 
     /// Remembers that a value must lie in its parameter's range.
     pub fn bound(&mut self, param: &Parameter, value: &Expr) {
+        if let Kind::Schedule(_, parts) = &value.kind {
+            parts.iter().take(2).for_each(|end| self.bound(param, end));
+            return;
+        }
         let whole = param.type_ == Type::Count;
         if (whole || param.range.is_some()) && !value.is_poison() {
             self.hir.bounds.push(Bound {

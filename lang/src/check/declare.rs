@@ -9,7 +9,7 @@ use super::{Checker, Override, Scope};
 use crate::ast::{self, FunctionDecl, Item, LetDecl, Spanned, TypeExpr};
 use crate::dim::Dim;
 use crate::hir::{self, Draw, Expr, Kind, Parameter, Type};
-use crate::plan::{Function as BuiltIn, Quantity};
+use crate::plan::{Curve, Function as BuiltIn, Quantity};
 use crate::problem::{Code, Problem};
 use crate::resolve::{ItemId, Space};
 
@@ -66,7 +66,8 @@ impl<'a> Checker<'a> {
                 default = Expr::poison(default.span);
             }
             self.bound(&checked, &default);
-            self.constants.params.push(value);
+            let id = self.hir.params.len();
+            self.constants.params.push(value.filter(|_| !self.randomised.contains_key(&id)));
             self.hir.params.push(hir::Param {
                 name: name.node.clone(),
                 doc: param.doc.clone(),
@@ -125,7 +126,7 @@ impl<'a> Checker<'a> {
         };
         let limit = match &type_ {
             Type::Range(dim) | Type::Vector(dim) => Type::Number(dim.clone()),
-            Type::Count => Type::Number(Dim::none()),
+            Type::Count | Type::Schedule => Type::Number(Dim::none()),
             other => other.clone(),
         };
         let range = param.range.as_ref().map(|(low, high)| {
@@ -194,6 +195,7 @@ impl<'a> Checker<'a> {
                     "group" => Ok(Type::Group),
                     "track" => Ok(Type::Track),
                     "count" => Ok(Type::Count),
+                    "schedule" => Ok(Type::Schedule),
                     _ => self.units.dim(dim, generics).map(Type::Number),
                 },
                 _ => self.units.dim(dim, generics).map(Type::Number),
@@ -290,7 +292,8 @@ impl<'a> Checker<'a> {
 
     fn result(&mut self, decl: &FunctionDecl, generics: &[String]) -> Type {
         let result = self.type_(&decl.result, generics);
-        if result.is_plain() && result != Type::Count || result == Type::Poison {
+        let schedule = result == Type::Schedule && decl.body.is_none();
+        if result.is_plain() && result != Type::Count || schedule || result == Type::Poison {
             return result;
         }
         let have = self.describe(&result);
@@ -393,6 +396,9 @@ fn built_in(name: &str) -> Option<Action> {
         "uniform" => return Some(Action::Draw(Draw::Uniform)),
         "normal" => return Some(Action::Draw(Draw::Normal)),
         "unit_disc" => return Some(Action::Draw(Draw::UnitDisc)),
+        "linear" => return Some(Action::Schedule(Curve::Linear)),
+        "cosine" => return Some(Action::Schedule(Curve::Cosine)),
+        "geometric" => return Some(Action::Schedule(Curve::Geometric)),
         _ => return None,
     }))
 }

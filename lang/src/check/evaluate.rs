@@ -1,16 +1,14 @@
 //! Held-out evaluations and the claims about them.
 
-use std::collections::BTreeMap;
-
 use super::fits::Wanted;
-use super::settings::{MISSING, UNKNOWN_SETTING, path_span};
+use super::settings::path_span;
 use super::{Checker, Scope};
-use crate::ast::{Assignment, Expectation, ExpectationKind, ExprAt, Item, Name, Span, Spanned};
+use crate::ast::{Assignment, Expectation, ExpectationKind, ExprAt, Item, Name};
 use crate::dim::Dim;
-use crate::hir::{Change, Claim, Control, Kind, Output, Protocol, Type};
-use crate::plan::{ClaimKind, GroupId};
+use crate::hir::{Claim, Kind, Protocol, Type};
+use crate::plan::ClaimKind;
 use crate::problem::{Code, Problem};
-use crate::resolve::{Space, listed};
+use crate::resolve::listed;
 
 const CONFIDENCE: f64 = 0.95;
 
@@ -27,6 +25,11 @@ const METRICS: [(&str, &str, Measures); 7] = [
     ("late_collisions", "late_collision_episodes", Measures::Number),
     ("outside", "outside_episodes", Measures::Number),
 ];
+
+/// Whether this is the number of episodes of an evaluation, not a change.
+pub fn is_episodes(setting: &Assignment) -> bool {
+    matches!(setting.path.as_slice(), [name] if name.node == "episodes")
+}
 
 #[derive(Clone, Copy)]
 enum Measures {
@@ -52,155 +55,22 @@ impl<'a> Checker<'a> {
         if self.hir.protocols.is_empty() {
             let span = self.anywhere();
             let episodes = self.make(Kind::Number(100.0), Type::Count, span);
-            self.hir.protocols.push(Protocol {
-                name: "held_out".to_owned(),
-                episodes,
-                changes: Vec::new(),
-                span,
-            });
+            self.hir.protocols.push(Protocol { name: "held_out".to_owned(), episodes, changed: None, span });
         }
     }
 
+    /// Its name and its episodes; the changes are seen to with all other cases.
     fn protocol(&mut self, name: &Name, settings: &'a [Assignment]) -> Protocol {
-        let mut episodes = self.make(Kind::Number(100.0), Type::Count, name.span);
-        let mut changes = Vec::new();
-        let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
-        for setting in settings {
-            let span = path_span(&setting.path);
-            let text = self.sources.text(span);
-            if let Some(first) = seen.get(text)
-                && let Some(last) = setting.path.last()
-            {
-                self.given_twice(&Name { node: text.to_owned(), span: last.span }, *first);
-                continue;
-            }
-            seen.insert(text, span);
-            let names: Vec<&str> = setting.path.iter().map(|name| name.node.as_str()).collect();
-            if names == ["episodes"] {
-                episodes = self.fixed(setting, &Type::Count);
+        let chosen = settings.iter().find(|setting| is_episodes(setting));
+        let episodes = match chosen {
+            Some(setting) => {
+                let episodes = self.fixed(setting, &Type::Count);
                 self.whole(&episodes, "`episodes`", 1.0);
-            } else if let Some(change) = self.change(setting, &names, span) {
-                changes.push(Spanned { node: change, span });
+                episodes
             }
-        }
-        Protocol { name: name.node.clone(), episodes, changes, span: name.span }
-    }
-
-    fn change(&mut self, setting: &'a Assignment, names: &[&str], span: Span) -> Option<Change> {
-        let constant = |checker: &mut Self, dim: &str| {
-            let type_ = Type::Number(checker.units.base(dim));
-            let value = checker.fixed(setting, &type_);
-            checker.constant(&value, &format!("`{}`", names.join("."))).map(|_| value)
+            None => self.make(Kind::Number(100.0), Type::Count, name.span),
         };
-        match names {
-            ["world", "dt"] => return constant(self, "time").map(Change::Dt),
-            ["world", "horizon"] => return constant(self, "steps").map(Change::Horizon),
-            ["world", "safety"] => return constant(self, "length").map(Change::Safety),
-            [name] => {
-                let entry = self.program.find(self.program.main, Space::Value, name);
-                if let Some(&id) = entry.and_then(|entry| self.ids.params.get(&entry.id)) {
-                    return self.changed_param(setting, id);
-                }
-            }
-            [group, what] => {
-                if let Some(id) = self.hir.world.groups.iter().position(|other| other.name == *group) {
-                    return self.changed_group(setting, id, what);
-                }
-            }
-            _ => {}
-        }
-        self.nothing_to_change(names, span);
-        None
-    }
-
-    fn changed_param(&mut self, setting: &'a Assignment, id: usize) -> Option<Change> {
-        let param = self.hir.params.get(id)?;
-        let (dim, declared, name) = (param.dim.clone(), param.span, param.name.clone());
-        self.undrawn(setting);
-        self.used.insert(declared);
-        let mut scope = Scope::of(self.program.main);
-        let why = Wanted::declared(format!("`{name}`"), declared);
-        let value = self.wanted(&mut scope, &setting.value, &Type::Number(dim), &why);
-        self.constant(&value, &format!("`{name}`"))?;
-        let bound = self.hir.bounds.iter().find(|bound| bound.declared == declared).cloned();
-        if let Some(bound) = bound {
-            self.hir.bounds.push(crate::hir::Bound { value: value.clone(), ..bound });
-        }
-        Some(Change::Param(id, value))
-    }
-
-    fn changed_group(&mut self, setting: &'a Assignment, group: GroupId, what: &str) -> Option<Change> {
-        let known = ["motion", "start", "speed", "arena"];
-        let own = self.hir.world.groups.get(group)?;
-        let (name, learned) = (own.name.clone(), matches!(own.control, Some(Control::Learned)));
-        let no_start = own.start.is_none();
-        let change = match what {
-            "arena" => Change::Arena(group, self.fixed(setting, &Type::Area)),
-            "speed" => {
-                let type_ = Type::Range(self.units.base("speed"));
-                Change::Speed(group, self.fixed(setting, &type_))
-            }
-            "start" => Change::Start(group, self.start(group, setting)),
-            "motion" if learned => {
-                let at = path_span(&setting.path);
-                let problem =
-                    Problem::error(&UNKNOWN_SETTING, format!("`{name}` learns; it has no motion")).at(at, "");
-                self.report(problem.help("change the motion of a group that has one"));
-                return None;
-            }
-            "motion" => {
-                self.undrawn(setting);
-                let motion = self.motion_call(group, &setting.value)?;
-                if no_start && matches!(motion.what.output, Some(Output::Velocity(_))) {
-                    let problem =
-                        Problem::error(&MISSING, format!("`{name}` has no `start` for this motion"))
-                            .at(motion.span, "gives velocities from some start");
-                    self.report(
-                        problem.help(format!("give `{name}` a `start`; it counts only where it is needed")),
-                    );
-                }
-                Change::Motion(group, motion)
-            }
-            _ => {
-                if let Some(last) = setting.path.last() {
-                    self.unknown_setting(&format!("`{name}` in an evaluation"), last, &known);
-                }
-                return None;
-            }
-        };
-        if let Change::Arena(_, value) | Change::Speed(_, value) = &change {
-            self.constant_setting(value, &format!("`{name}.{what}`"));
-        }
-        Some(change)
-    }
-
-    fn nothing_to_change(&mut self, names: &[&str], span: Span) {
-        let main = self.program.main;
-        if names.first().is_some_and(|name| self.program.is_unknown(main, Space::Value, name)) {
-            return;
-        }
-        let params = self.hir.params.iter().map(|param| param.name.as_str());
-        let groups = self.hir.world.groups.iter().map(|group| group.name.as_str());
-        let known: Vec<&str> = match names {
-            ["world", _] => vec!["world.dt", "world.horizon", "world.safety"],
-            [_] => params.chain(["episodes"]).collect(),
-            _ => groups.chain(["world"]).collect(),
-        };
-        let text = names.join(".");
-        let wrong = if names.len() == 2 && names.first() != Some(&"world") { names.first() } else { None };
-        let meant = self.meant(wrong.copied().unwrap_or(&text), known.iter().copied());
-        let help = match meant {
-            Some(meant) => format!("did you mean `{meant}`?"),
-            None => format!(
-                "an evaluation changes `episodes`, parameters, `world.dt`, and of a group `motion`, `start`, `speed` or `arena`; here {}",
-                listed(known)
-            ),
-        };
-        self.report(
-            Problem::error(&UNKNOWN_SETTING, format!("there is no `{text}` to change"))
-                .at(span, "")
-                .help(help),
-        );
+        Protocol { name: name.node.clone(), episodes, changed: None, span: name.span }
     }
 
     pub fn claims(&mut self) {

@@ -35,6 +35,11 @@ impl<'a> Checker<'a> {
                 ast::Expr::Call(call) => self.call(scope, call, span),
                 ast::Expr::Vector(x, y) => self.vector(scope, x, y, span),
                 ast::Expr::List(all) => self.list(scope, all, span),
+                ast::Expr::Tuple(_) => {
+                    let problem =
+                        Problem::error(&WRONG_KIND, "a vector has two parts").at(span, "more than two");
+                    self.poison(span, problem.help("several values together stand in a sweep only"))
+                }
                 ast::Expr::Range(low, high) => self.range(scope, low, high, span),
                 ast::Expr::Bars(of) => self.bars(scope, of, span),
                 ast::Expr::Unary(op, operand) => self.unary(scope, *op, operand, span),
@@ -218,6 +223,9 @@ impl<'a> Checker<'a> {
     fn member(&mut self, scope: &mut Scope, of: &'a ExprAt, part: &Name, at: Span) -> Expr {
         if matches!(&of.node, ast::Expr::Name(name) if name == "world") && scope.local("world").is_none() {
             return self.world_constant(part, at);
+        }
+        if let Some(found) = self.dotted(scope, of, part, at) {
+            return found;
         }
         let of = self.expr(scope, of);
         let parts: &[(&str, Part)] = match &of.type_ {

@@ -7,27 +7,39 @@ use super::Checker;
 use super::value::OUT_OF_RANGE;
 use crate::ast::Span;
 use crate::case::Case;
-use crate::hir::{Bound, Expr, Kind, Slots};
+use crate::hir::{Bound, Draw, Expr, Kind, Slots};
 use crate::inline::{Refusal, Value};
 use crate::plan::{GroupId, ParamId};
 use crate::problem::{Code, Problem};
 use crate::resolve::Space;
 
 impl Checker<'_> {
+    /// As declared, and with each uniformly drawn parameter at the ends of its draw.
     pub fn feasible(&mut self) {
         let spent = Cell::new(0);
-        let mut cases = vec![(Case::training(&self.hir, &spent), None)];
-        for protocol in &self.hir.protocols {
-            cases.push((Case::of(&self.hir, protocol, &spent), Some((protocol.name.clone(), protocol.span))));
-        }
-        for (case, protocol) in cases {
-            for problem in self.infeasible(&case) {
-                self.report(match &protocol {
-                    None => problem,
-                    Some((name, span)) => problem.with(*span, format!("in the evaluation `{name}`")),
-                });
+        let declared: Vec<Option<f64>> = self.hir.params.iter().map(|param| param.value).collect();
+        let mut found = self.infeasible(&Case::with(&self.hir, &[], declared.clone(), &spent));
+        for (param, end, at) in self.ends_of_draws(&declared, &spent) {
+            let mut params = declared.clone();
+            params.iter_mut().skip(param).take(1).for_each(|value| *value = Some(end));
+            for problem in self.infeasible(&Case::with(&self.hir, &[], params, &spent)) {
+                if !found.iter().any(|told| (told.code, told.span()) == (problem.code, problem.span())) {
+                    found.push(problem.with(at, "drawn here"));
+                }
             }
         }
+        found.into_iter().for_each(|problem| self.report(problem));
+    }
+
+    fn ends_of_draws(&self, declared: &[Option<f64>], spent: &Cell<usize>) -> Vec<(ParamId, f64, Span)> {
+        let case = Case::with(&self.hir, &[], declared.to_vec(), spent);
+        let mut ends = Vec::new();
+        for drawn in &self.hir.world.randomise {
+            let Kind::Draw(Draw::Uniform, of) = &drawn.value.kind else { continue };
+            let of = of.iter().filter_map(|end| case.number(end));
+            ends.extend(of.map(|end| (drawn.param, end, drawn.value.span)));
+        }
+        ends
     }
 
     fn infeasible(&self, case: &Case) -> Vec<Problem> {

@@ -121,7 +121,7 @@ impl<'a> Checker<'a> {
                 }
                 true
             }
-            (Type::Number(dim), Type::Count) => {
+            (Type::Number(dim), Type::Count | Type::Schedule) => {
                 if !dim.is_none() {
                     let problem = self.unit_mismatch(&value, dim, &Dim::none(), why);
                     return self.poison(value.span, problem);
@@ -220,6 +220,7 @@ impl<'a> Checker<'a> {
             Type::Formation => "a formation".to_owned(),
             Type::Group => "a group".to_owned(),
             Type::Track => "a recording".to_owned(),
+            Type::Schedule => "a schedule".to_owned(),
             Type::Word(words) => format!("one of {}", listed(words.iter().map(String::as_str))),
             Type::Poison => "unknown".to_owned(),
         }

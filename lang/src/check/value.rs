@@ -55,7 +55,7 @@ impl Checker<'_> {
         }
         let Some(Value::Expr(value)) = self.inlined(expr) else { return None };
         let number = self.constants.number(&value).filter(|number| number.is_finite());
-        if number.is_none() && !self.refers_to_unknown(expr) {
+        if number.is_none() && !self.changes_with_episodes(expr, what) && !self.refers_to_unknown(expr) {
             self.report(not_constant(expr.span, what));
         }
         number

@@ -238,12 +238,16 @@ fn atom(context: &Context, node: Node) -> Option<Tall> {
         _ => {
             let mut parts = Parts::of(node);
             let (x, height) = tall(context, parts.next()?)?;
-            match parts.next() {
-                Some(y) => {
-                    let (y, height_1) = tall(context, y)?;
-                    (Expr::Vector(Box::new(x), Box::new(y)), height.max(height_1))
-                }
-                None => (x.node, height.saturating_sub(1)),
+            let Some(y) = parts.next() else { return Some((Spanned { node: x.node, span }, height)) };
+            let mut values = vec![(x, height), tall(context, y)?];
+            for value in parts {
+                values.push(tall(context, value)?);
+            }
+            let height = values.iter().map(|(_, height)| *height).max().unwrap_or(0);
+            let values: Vec<ExprAt> = values.into_iter().map(|(value, _)| value).collect();
+            match <[ExprAt; 2]>::try_from(values) {
+                Ok([x, y]) => (Expr::Vector(Box::new(x), Box::new(y)), height),
+                Err(values) => (Expr::Tuple(values), height),
             }
         }
     };
