@@ -237,7 +237,7 @@ fn methods_and_claims() {
     gives(&[("leader.motion = rounded", "leeder.motion = rounded")], &["unknown-setting"]);
     gives(
         &[("evaluate random  {", "evaluate random  { follower.motion = random_velocity(),")],
-        &["unknown-setting"],
+        &["not-changeable"],
     );
     with("preset quick for mpg { stepss = 10 }", &["unknown-setting"]);
     let claim = |text: &str, expected: &[&str]| gives(&[(CLAIM, text)], expected);
