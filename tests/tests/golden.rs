@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use mpgx_lang::plan::{Plan, Term};
+use mpgx_lang::plan::{Plan, Term, World};
 use mpgx_lang::problem::{Problems, Style, render};
 use mpgx_lang::render::{latex, mathml, text};
 use mpgx_lang::source::Sources;
 use mpgx_lang::{codes, describe, meaning_hash, parse, print};
 use mpgx_tests::{compiled, golden, root, scenarios_in};
+use similar::{ChangeTag, TextDiff};
 
 fn scenarios() -> Vec<PathBuf> {
     scenarios_in(&root().join("scenarios"))
@@ -87,6 +88,43 @@ fn reward() {
 fn plan() {
     golden::hold("plan", &scenarios(), |path| {
         with_plan(path, |plan| format!("// meaning {}\n{}\n", meaning_hash(plan), plan.to_ron()))
+    });
+}
+
+/// What each evaluation, stage and variant changes, as lines of the Plan; draws and tests as they are.
+#[test]
+fn cases() {
+    let changes = |before: &str, after: &str| -> String {
+        let diff = TextDiff::from_lines(before, after);
+        let lines = diff.iter_all_changes().filter(|line| line.tag() != ChangeTag::Equal);
+        lines.map(|line| format!("  {} {}", line.tag(), line.value().trim())).collect::<Vec<_>>().join("\n") + "\n"
+    };
+    golden::hold("cases", &[], |path| {
+        with_plan(path, |plan| {
+            let with = |world: &World| Plan { world: world.clone(), ..Plan::default() }.to_ron();
+            let mut text: Vec<String> =
+                plan.world.randomise.iter().map(|drawn| format!("randomise {:?}\n", drawn.value)).collect();
+            let training = with(&plan.world);
+            for protocol in &plan.protocols {
+                let world = protocol.world.as_ref().map(|world| changes(&training, &with(world)));
+                let line = format!("evaluate {} over {} episodes\n", protocol.name, protocol.episodes);
+                text.push(line + &world.unwrap_or_default());
+            }
+            for stage in &plan.stages {
+                let line = format!("stage {} until {:?} within {:?}\n", stage.name, stage.until, stage.most_steps);
+                text.push(line + &changes(&training, &with(&stage.world)));
+            }
+            let own = Plan { variants: Vec::new(), tests: Vec::new(), ..plan.clone() }.to_ron();
+            for variant in &plan.variants {
+                let line = format!("variant {}: {}\n", variant.name, variant.text);
+                text.push(line + &changes(&own, &variant.plan.to_ron()));
+            }
+            for test in &plan.tests {
+                text.push(format!("test {}\n", test.name));
+                text.extend(test.steps.iter().map(|step| format!("  {step:?}\n")));
+            }
+            text.concat()
+        })
     });
 }
 

@@ -144,8 +144,8 @@ fn functions() {
     ];
     let quantities = [Quantity::Position, Quantity::Velocity, Quantity::Heading, Quantity::Outside];
     let provided = FUNCTIONS.into_iter().filter_map(declared);
-    // Expressions of their own.
-    let special = ["clearance", "duration", "number"];
+    // Expressions of their own, and schedules, which are settings.
+    let special = ["clearance", "duration", "number", "linear", "cosine", "geometric"];
     let provided = provided.chain(distributions.iter().map(drawn)).chain(special);
     let provided = provided.chain(quantities.into_iter().filter_map(called));
     let declared = items().into_iter().filter_map(|item| match item {
