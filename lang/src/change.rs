@@ -257,10 +257,19 @@ impl Change<'_> {
             }
             _ => did_you_mean(&text, known.iter().map(String::as_str)),
         };
-        Err(Box::new(problem.help(match (meant, parts.as_slice()) {
-            (Some(meant), _) => format!("did you mean `{meant}`?"),
-            (None, [_, ..]) if path != parts.as_slice() => format!("of `{first}` there is {}", listed(parts)),
-            _ => format!("{} changes {}", self.kind.people(), listed(known.iter().map(String::as_str))),
+        Err(Box::new(problem.help(match (meant, path, parts.as_slice()) {
+            (_, ["episodes"], _) => {
+                "`episodes` belongs to an evaluation; those of training are `learn.episodes`".to_owned()
+            }
+            (Some(meant), ..) => format!("did you mean `{meant}`?"),
+            (None, [_, ..], [_, ..]) if path != parts => format!("of `{first}` there is {}", listed(parts)),
+            _ => {
+                let mut heads: Vec<String> = heads().map(|head| format!("{head}.…")).collect();
+                heads.dedup();
+                let alone = known.iter().filter(|known| !known.contains('.')).map(String::as_str);
+                let all = listed(alone.chain(heads.iter().map(String::as_str)));
+                format!("{} changes {all}", self.kind.people())
+            }
         })))
     }
 

@@ -97,7 +97,8 @@ fn cases() {
     let changes = |before: &str, after: &str| -> String {
         let diff = TextDiff::from_lines(before, after);
         let lines = diff.iter_all_changes().filter(|line| line.tag() != ChangeTag::Equal);
-        lines.map(|line| format!("  {} {}", line.tag(), line.value().trim())).collect::<Vec<_>>().join("\n") + "\n"
+        lines.map(|line| format!("  {} {}", line.tag(), line.value().trim())).collect::<Vec<_>>().join("\n")
+            + "\n"
     };
     golden::hold("cases", &[], |path| {
         with_plan(path, |plan| {
@@ -111,7 +112,8 @@ fn cases() {
                 text.push(line + &world.unwrap_or_default());
             }
             for stage in &plan.stages {
-                let line = format!("stage {} until {:?} within {:?}\n", stage.name, stage.until, stage.most_steps);
+                let line =
+                    format!("stage {} until {:?} within {:?}\n", stage.name, stage.until, stage.most_steps);
                 text.push(line + &changes(&training, &with(&stage.world)));
             }
             let own = Plan { variants: Vec::new(), tests: Vec::new(), ..plan.clone() }.to_ron();

@@ -109,8 +109,10 @@ impl<'a> Checker<'a> {
         for (number, one) in chosen.iter().enumerate() {
             if let Some(first) = chosen.iter().take(number).find(|first| first.name == one.name) {
                 let message = format!("two variants are called `{}`", one.name);
-                let problem = Problem::error(&DUPLICATE_NAME, message).at(one.at, "again here");
-                self.report(problem.with(first.at, "first here"));
+                if !known.contains(&(DUPLICATE_NAME.name, Some(one.at), Some(one.at))) {
+                    let problem = Problem::error(&DUPLICATE_NAME, message).at(one.at, "again here");
+                    self.report(problem.with(first.at, "first here"));
+                }
                 continue;
             }
             let origin = Origin { kind: Kind::Variant, name: &one.name, at: one.at, item: one.item };
@@ -186,7 +188,10 @@ impl<'a> Checker<'a> {
             );
         }
         let until = decl.until.as_ref().and_then(|until| self.until(until));
-        let most_steps = decl.within.as_ref().and_then(|within| self.counted_in("steps", within, "`within`"));
+        let most_steps = decl
+            .within
+            .as_ref()
+            .and_then(|within| self.counted(&Type::Number(self.units.base("steps")), within, "`within`"));
         Stage { name: name.node.clone(), changed, until, most_steps, span: name.span }
     }
 
@@ -214,16 +219,15 @@ impl<'a> Checker<'a> {
         let bound = self.wanted(&mut scope, &until.bound, &Type::Number(dim), &why);
         let bound = self.constant(&bound, "the bound of a stage");
         let episodes = match &until.over {
-            Some(over) => self.counted_in("episodes", over, "`over`"),
+            Some(over) => self.counted(&Type::Count, over, "`over`"),
             None => Some(OVER),
         };
         Some(Until { measure: name.to_owned(), below: until.below, bound: bound?, episodes: episodes? })
     }
 
     /// `5000 steps`, `20 episodes`
-    fn counted_in(&mut self, unit: &str, at: &'a ExprAt, what: &str) -> Option<usize> {
-        let type_ = Type::Number(self.units.base(unit));
-        let value = self.wanted(&mut Scope::of(self.program.main), at, &type_, &Wanted::by(what));
+    fn counted(&mut self, type_: &Type, at: &'a ExprAt, what: &str) -> Option<usize> {
+        let value = self.wanted(&mut Scope::of(self.program.main), at, type_, &Wanted::by(what));
         self.whole(&value, what, 1.0)
     }
 }

@@ -48,7 +48,8 @@ impl<'a> Checker<'a> {
     fn axis(&mut self, axis: &'a Axis, room: usize) -> Option<Vec<Point>> {
         let values = match &axis.values.node {
             ast::Expr::List(all) => {
-                all.iter().map(|value| self.tied(axis, value)).collect::<Option<Vec<_>>>()?
+                let values: Vec<_> = all.iter().map(|value| self.tied(axis, value)).collect();
+                values.into_iter().collect::<Option<Vec<_>>>()?
             }
             ast::Expr::Call(call) if matches!(call.name.node.as_str(), "range" | "log_range") => {
                 if axis.paths.len() > 1 {

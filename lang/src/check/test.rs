@@ -10,7 +10,7 @@ use crate::dim::Dim;
 use crate::hir::{self, Control, Expr, Kind, Type};
 use crate::plan::{BinaryOp, Function, Measure};
 use crate::problem::{Code, Problem};
-use crate::resolve::{DUPLICATE_NAME, listed};
+use crate::resolve::{DUPLICATE_NAME, Space, listed};
 
 impl<'a> Checker<'a> {
     pub fn tests(&mut self) {
@@ -131,7 +131,16 @@ impl<'a> Checker<'a> {
         let start = format!("{name}.");
         let known: Vec<&str> = scope.locals.names().filter_map(|local| local.strip_prefix(&start)).collect();
         if known.is_empty() {
-            return None;
+            let declared = self.program.find(scope.module, Space::Value, name).is_some();
+            if declared || scope.local(name).is_some() || !matches!(name.as_str(), "reward" | "ended") {
+                return None;
+            }
+            let text = format!("`{name}.{}` is known in a test only", part.node);
+            let problem = Problem::error(&super::expr::WRONG_KIND, text).at(at, "");
+            return Some(self.poison(
+                at,
+                problem.help("give what it is made of a name with `let` or `fn`, and use that"),
+            ));
         }
         let what = if name == "reward" { "reward term" } else { "end" };
         let problem =
