@@ -91,7 +91,7 @@ fn items(entry: &Entry, example: &str) -> String {
             leader += if sets("motion") { "" } else { "motion = rest()\n" };
             leader + example + "\n}\n"
         }
-        "fn" | "let" => format!("reward {{\n{example}\n}}\n"),
+        "fn" | "let" if !example.starts_with("learn") => format!("reward {{\n{example}\n}}\n"),
         _ => format!("{example}\n"),
     }
 }

@@ -170,7 +170,9 @@ impl<'a> Checker<'a> {
             let problem = problem.clone();
             self.report(match (inside, origin.kind) {
                 (true, _) => problem,
-                (false, kind) => problem.with(origin.at, format!("in {} `{}`", the(kind), origin.name)),
+                // What would be right here may be wrong without the change.
+                (false, kind) => Problem { fix: None, ..problem }
+                    .with(origin.at, format!("in {} `{}`", the(kind), origin.name)),
             });
         }
     }
