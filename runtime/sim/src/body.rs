@@ -3,7 +3,7 @@
 use mpgx_lang::plan::{Extern, Place};
 
 use crate::error::SimError;
-use crate::maths::{Vec2, add, clamp, norm, scale, subtract, wrap};
+use crate::maths::{Vec2, add, clamp, dot, norm, scale, subtract, wrap};
 use crate::settings::{Settings, list};
 
 /// The names of all bodies.
@@ -104,8 +104,11 @@ impl Body {
     /// The command that the limit of the acceleration leaves of `command` after that of the step before, m/s.
     pub fn limited(&self, before: Vec2, command: Vec2) -> Vec2 {
         let change = subtract(command, before);
-        let length = norm(change);
-        if length > self.change_mps { add(before, scale(change, self.change_mps / length)) } else { command }
+        if dot(change, change) > self.change_mps * self.change_mps {
+            add(before, scale(change, self.change_mps / norm(change)))
+        } else {
+            command
+        }
     }
 
     /// Where `pose` is after `dt_s` seconds of the velocity `command` (m/s, each axis).

@@ -169,25 +169,29 @@ impl Task {
         self.bind(&mut scene, member);
         let step = episode.step as u64;
         let mut noise = self.noisy.then(|| episode.key.address(Purpose::Sensor, member, step).stream());
-        let mut out = out.iter_mut();
-        let mut kept = 0;
+        let (mut next, mut kept) = (0, 0);
         for observed in &self.observed {
-            let axes = observed.axes();
-            let row = self.row(observed, kept, episode.step + 1, member);
-            let mut late = episode.late[row].chunks_exact(axes);
+            let vector = matches!(observed.value, Program::Vector(_));
+            let first = next;
+            let late = &episode.late[self.row(observed, kept, episode.step + 1, member)];
             kept += observed.late();
             observed.visit(&mut scene, |scene| {
-                let mut value = [0.0; 2];
-                match late.next() {
-                    Some(late) => value[..axes].copy_from_slice(late),
-                    None => value = observed.value.eval(scene),
-                }
+                let [mut x, mut y] = match late.get(next - first) {
+                    None => observed.value.eval(scene),
+                    Some(x) => [*x, late.get(next - first + 1).copied().unwrap_or_default()],
+                };
                 if let (Some(deviation), Some(stream)) = (&observed.noise, &mut noise) {
                     let deviation = deviation.eval(scene);
-                    value[..axes].iter_mut().for_each(|x| *x += deviation * stream.normal());
+                    x += deviation * stream.normal();
+                    if vector {
+                        y += deviation * stream.normal();
+                    }
                 }
-                for (x, out) in value[..axes].iter().zip(out.by_ref()) {
-                    *out = *x as f32;
+                out[next] = x as f32;
+                next += 1;
+                if vector {
+                    out[next] = y as f32;
+                    next += 1;
                 }
             });
         }

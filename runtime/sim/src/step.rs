@@ -9,8 +9,8 @@ mod stop;
 
 use crate::episode::{Episode, EpisodeKey};
 use crate::error::SimError;
-use crate::maths::{Vec2, divide, subtract, wrap};
-use crate::program::{Draws, Scene, clearance};
+use crate::maths::{Vec2, distance, divide, subtract, wrap};
+use crate::program::{Draws, Scene};
 use crate::script::move_scripted;
 use crate::task::Task;
 
@@ -190,15 +190,15 @@ impl Task {
                 agents.position[id] = self.agents[id].inside(agents.position[id]);
             }
         }
-        for (id, before) in episode.before.iter().enumerate() {
-            let velocity = divide(subtract(agents.position[id], *before), self.dt_s);
-            agents.velocity[id] = velocity;
-            if velocity != [0.0; 2] {
-                agents.course[id] = velocity;
+        let places = agents.position.iter().zip(&episode.before);
+        for ((place, velocity), course) in places.zip(&mut agents.velocity).zip(&mut agents.course) {
+            *velocity = divide(subtract(*place.0, *place.1), self.dt_s);
+            if *velocity != [0.0; 2] {
+                *course = *velocity;
             }
-            if !self.agents[id].commanded {
-                agents.command[id] = velocity;
-            }
+        }
+        for &id in &self.uncommanded {
+            agents.command[id] = agents.velocity[id];
         }
         if episode.step == 1 {
             agents.last_command.copy_from_slice(&agents.command);
@@ -259,11 +259,12 @@ impl Task {
     }
 
     fn collisions(&self, episode: &Episode) -> u16 {
+        let (position, radii) = (&episode.agents.position, &self.model.radii);
         let mut count = 0u16;
         for (k, &i) in self.everyone.iter().enumerate() {
             for &j in &self.everyone[k + 1..] {
-                let close = clearance(&self.model, &episode.agents.position, i, j) < self.safety_m;
-                count = count.saturating_add(u16::from(close));
+                let clearance = distance(position[i], position[j]) - radii[j] - radii[i];
+                count = count.saturating_add(u16::from(clearance < self.safety_m));
             }
         }
         count

@@ -30,6 +30,8 @@ pub struct Task {
     pub(crate) stopped: Vec<(usize, Vec<usize>)>,
     /// The agents that the policy commands, in the order of the action.
     pub(crate) learned: Vec<usize>,
+    /// The agents and obstacles whose velocity nothing commands.
+    pub(crate) uncommanded: Vec<usize>,
     pub(crate) scripts: Vec<Script>,
     pub(crate) model: Model,
     pub(crate) randomised: Vec<Randomised>,
@@ -59,8 +61,6 @@ pub(crate) struct Agent {
     pub speed_mps: (f64, f64),
     /// `None`: its motion places it.
     pub start: Option<Vector>,
-    /// Whether something commands its velocity.
-    pub commanded: bool,
 }
 
 /// A parameter that is drawn for each episode.

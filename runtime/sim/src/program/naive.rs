@@ -415,6 +415,7 @@ fn model(plan: &Plan) -> Model {
     let track = &plan.tracks[0];
     Model {
         outlines: (0..8).map(outline).collect(),
+        radii: (0..8).map(|agent| if agent < 5 { RADIUS_M } else { 0.0 }).collect(),
         numbers: vec![1.0, 2.0, 1.0, 2.0, 3.0, 1.0, 2.0, 1.0],
         headed: (0..8).map(|agent| agent % 2 == 1).collect(),
         formations: constraints.map(formation).into(),

@@ -29,6 +29,8 @@ pub(crate) struct Agents {
 pub(crate) struct Model {
     /// Of each agent and obstacle.
     pub outlines: Vec<Outline>,
+    /// The radius of each agent, m; 0 of obstacles.
+    pub radii: Vec<f64>,
     /// The number of each in its group, from 1.
     pub numbers: Vec<f64>,
     /// Whether the body of each has a heading.
@@ -157,24 +159,21 @@ impl<'a> Scene<'a> {
 
     /// Where member `agent` of a formation belongs, m.
     pub fn slot(&mut self, formation: usize, agent: usize) -> Vec2 {
-        let displacement = self.displacement(formation, agent);
-        match self.model.formations[formation].constraint {
-            Constraint::Displacements { about, turned, .. } => {
-                let way =
-                    if turned { maths::rotate(displacement, self.heading(about)) } else { displacement };
-                maths::add(self.agents.position[about], way)
+        let Formation { first, constraint, .. } = &self.model.formations[formation];
+        match constraint {
+            Constraint::Displacements { about, displacements, turned } => {
+                let mut way = self.displacement(&displacements[agent - first]);
+                if *turned {
+                    way = maths::rotate(way, self.heading(*about));
+                }
+                maths::add(self.agents.position[*about], way)
             }
             Constraint::Distances { .. } => [f64::NAN; 2],
         }
     }
 
-    /// The displacement of a node along the axes of the formation, m.
-    fn displacement(&mut self, formation: usize, agent: usize) -> Vec2 {
-        let formation = &self.model.formations[formation];
-        let Constraint::Displacements { displacements, .. } = &formation.constraint else {
-            return [f64::NAN; 2];
-        };
-        match &displacements[agent - formation.first] {
+    fn displacement(&mut self, displacement: &Vector) -> Vec2 {
+        match displacement {
             Vector::Constant(displacement) => *displacement,
             changing => self.apart(|scene| changing.eval(scene)),
         }
@@ -188,10 +187,10 @@ impl<'a> Scene<'a> {
                 let length = lengths.get(edge).unwrap_or(&lengths[0]);
                 self.apart(|scene| length.eval(scene))
             }
-            Constraint::Displacements { about, .. } => {
+            Constraint::Displacements { about, displacements, .. } => {
                 let place = |agent: usize| match agent == *about {
                     true => [0.0; 2],
-                    false => self.displacement(formation, agent),
+                    false => self.displacement(&displacements[agent - it.first]),
                 };
                 let [a, b] = ends.map(place);
                 maths::distance(a, b)
@@ -216,8 +215,5 @@ impl<'a> Scene<'a> {
 /// Distance of the outlines of an agent, a disc, and an agent or obstacle, m; negative inside.
 pub(crate) fn clearance(model: &Model, position: &[Vec2], agent: usize, other: usize) -> f64 {
     let away = model.outlines[other].distance(maths::subtract(position[agent], position[other]));
-    match model.outlines[agent] {
-        Outline::Disc(radius) => away - radius,
-        _ => f64::NAN,
-    }
+    away - model.radii[agent]
 }

@@ -53,7 +53,7 @@ impl Task {
         let first = crossings.min_by(|(_, a), (_, b)| a.share.total_cmp(&b.share));
         let Some((obstacle, crossing)) = first else { return false };
         let at = add(episode.agents.position[obstacle], crossing.point);
-        episode.agents.position[agent] = add(at, scale(crossing.back, self.radius(agent) + GAP_M));
+        episode.agents.position[agent] = add(at, scale(crossing.back, self.model.radii[agent] + GAP_M));
         true
     }
 
@@ -66,18 +66,11 @@ impl Task {
                 let away = subtract(position[agent], position[obstacle]);
                 let nearest = self.model.outlines[obstacle].nearest(away);
                 let at = add(position[obstacle], nearest.point);
-                position[agent] = add(at, scale(nearest.outward, self.radius(agent) + GAP_M));
+                position[agent] = add(at, scale(nearest.outward, self.model.radii[agent] + GAP_M));
                 inside = true;
             }
         }
         inside
-    }
-
-    fn radius(&self, agent: usize) -> f64 {
-        match self.model.outlines[agent] {
-            Outline::Disc(radius) => radius,
-            _ => 0.0,
-        }
     }
 }
 

@@ -36,6 +36,7 @@ impl Task {
             obstacles: layout.obstacles.clone(),
             stopped: stopped(&layout)?,
             learned: world.learned(),
+            uncommanded: Vec::new(),
             scripts: Vec::new(),
             model: Model::default(),
             randomised: randomised(&layout)?,
@@ -150,6 +151,7 @@ impl Task {
                     Control::Learned => true,
                     Control::Motion(motion) => matches!(motion.output, MotionOutput::Velocity(_)),
                 };
+                self.uncommanded.extend((!commanded).then_some(agent));
                 placed[agent] = true;
                 self.agents.push(Agent {
                     name: layout.names[agent].clone(),
@@ -159,7 +161,6 @@ impl Task {
                     arena: group.arena,
                     speed_mps: group.speed_mps,
                     start,
-                    commanded,
                 });
             }
         }
@@ -245,6 +246,7 @@ fn model(plan: &Plan, world: &World, bodies: &[Body]) -> Result<Model, SimError>
         let outline = group.solid.as_ref().map_or(Outline::Disc(group.radius_m), Outline::new);
         for member in 1..=group.size {
             model.outlines.push(outline.clone());
+            model.radii.push(if group.solid.is_some() { 0.0 } else { group.radius_m });
             model.numbers.push(member as f64);
             model.headed.push(body.has_heading());
         }
