@@ -55,7 +55,7 @@ pub fn apply(program: &Program, settings: &[Assignment], kind: Kind) -> Changed 
             let problem = Problem::error(&GIVEN_TWICE, format!("`{}` is set twice", path.join(".")));
             problems.push(problem.at(span, "again here").with(*first, "first set here"));
         } else if path != ["episodes"] || kind != Kind::Evaluation {
-            problems.extend(change.set(setting, &path).err());
+            problems.extend(change.set(setting, &path).err().map(|problem| *problem));
         }
         seen.entry(path).or_insert(span);
     }
@@ -73,13 +73,12 @@ struct Change<'a> {
 type Refused = Result<(), Box<Problem>>;
 
 impl Change<'_> {
-    fn set(&mut self, setting: &Assignment, path: &[&str]) -> Result<(), Problem> {
-        let changed = match (path, setting.path.as_slice()) {
+    fn set(&mut self, setting: &Assignment, path: &[&str]) -> Refused {
+        match (path, setting.path.as_slice()) {
             ([name], [at]) => self.whole(setting, name, at),
             ([of, name], [_, at]) => self.part(setting, of, name, at),
             _ => self.unknown(setting, path),
-        };
-        changed.map_err(|problem| *problem)
+        }
     }
 
     /// `side = …`, `F = …`, `seeds = …`

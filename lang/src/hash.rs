@@ -27,7 +27,7 @@ fn strip(value: &mut Value) {
     match value {
         Value::Object(fields) => {
             let binder = is_binder(fields);
-            fields.retain(|field, _| !is_remark(field) && !(binder && field == "name"));
+            fields.retain(|field, _| !(is_remark(field) || binder && field == "name"));
             if let Some(Value::Array(tests)) = fields.get_mut("tests") {
                 tests.clear();
             }

@@ -60,7 +60,8 @@ impl<'a> Checker<'a> {
         let mut scope = Scope::of(self.program.main);
         scope.draws = true;
         let value = self.expr(&mut scope, &setting.value);
-        if !value.is_poison() && !(scope.drawn && setting.random) {
+        let random = scope.drawn && setting.random;
+        if !(value.is_poison() || random) {
             let text = self.one_line(setting.value.span);
             let problem = Problem::error(&NOTHING_DRAWN, format!("`{name}` is not drawn here"));
             self.report(match scope.drawn {

@@ -1,4 +1,4 @@
-//! Time of a whole compilation, `cargo bench -p mpgx-lang`: a scenario of 200 lines, one of three robots beside one
+//! Time of a whole compilation, `cargo bench -p mpgx-tests`: a scenario of 200 lines, one of three robots beside one
 //! of a thousand, and every construct at n and 2 n copies (medians; a ratio of 2 is linear, below 2 a constant part).
 
 use std::time::Instant;
