@@ -29,7 +29,6 @@ pub mod problem;
 pub mod recording;
 pub mod render;
 pub mod resolve;
-mod sizes;
 pub mod source;
 pub mod stdlib;
 

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use mpgx_lang::compile;
 use mpgx_lang::problem::{Style, render};
 use mpgx_lang::source::NoFiles;
+use mpgx_sim::run_test;
 use mpgx_tests::{completed, root};
 
 /// All Markdown files of the repository's root and of docs/.
@@ -59,7 +60,11 @@ fn scenarios_in_documents_compile() {
             let (_, base) = whole.first().expect("a whole scenario comes before its parts");
             let name = format!("{} from line {line}", path.display());
             let it = compile(&name, completed(base, &block), &[], &NoFiles);
-            assert!(it.plan.is_some(), "{}", render(&it.problems, &it.sources, Style::Plain));
+            let plan =
+                it.plan.unwrap_or_else(|| panic!("{}", render(&it.problems, &it.sources, Style::Plain)));
+            for test in &plan.tests {
+                run_test(&plan, test).unwrap_or_else(|why| panic!("{name}: {why}"));
+            }
         }
     }
     assert!(compiled > 0, "no document has a block marked `scn`");

@@ -136,11 +136,13 @@ fn spaced(text: &str, random: &mut Random) -> String {
             (false, false) => "",
         };
         let mut characters = code.trim().chars().peekable();
+        let mut quoted = false;
         while let Some(character) = characters.next() {
             depth += i64::from("([{".contains(character)) - i64::from(")]}".contains(character));
             let exponent = exponent(&out);
+            quoted ^= character == '"';
             match character {
-                _ if exponent => out.push(character),
+                _ if exponent || quoted => out.push(character),
                 // A unit has no spaces inside, and needs one after.
                 ' ' => out += ["", " ", "   ", "\t"][1 + random.below(3) as usize],
                 ',' | '{' if random.one_in(2) => {
@@ -179,10 +181,17 @@ fn broken(text: &str, random: &mut Random) -> String {
     };
     for line in spaced(text, random).lines() {
         let (code, remark) = line.split_at(line.find("//").unwrap_or(line.len()));
+        let mut quoted = false;
         for character in code.chars() {
             out.push(character);
+            quoted ^= character == '"';
             depth += i64::from("([{".contains(character)) - i64::from(")]}".contains(character));
-            if depth > 0 && matches!(character, ',' | '(' | '{') && !exponent(&out) && random.one_in(6) {
+            if depth > 0
+                && !quoted
+                && matches!(character, ',' | '(' | '{')
+                && !exponent(&out)
+                && random.one_in(6)
+            {
                 if random.one_in(4) {
                     out += &format!(" {}", comment(random));
                 }

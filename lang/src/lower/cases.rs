@@ -3,6 +3,8 @@
 use std::cell::Cell;
 
 use super::{Lower, lower};
+use crate::analyse::scene::{Mode, Scene};
+use crate::analyse::sizes::sizes;
 use crate::ast::Span;
 use crate::case::Case;
 use crate::check::units::Units;
@@ -11,7 +13,6 @@ use crate::hir::{self, Hir};
 use crate::inline::Value;
 use crate::plan::{AgentId, AgentRef, Plan, Protocol, Stage, Test, TestStep, Variant, World};
 use crate::problem::{Code, Problem, Problems};
-use crate::sizes::sizes;
 use crate::source::Sources;
 
 /// Passes on the problems of a case, and says of which.
@@ -79,11 +80,12 @@ impl Cases<'_> {
         let world = Lower { hir: changed, units, sources, case: &case, problems: &mut own }.world();
         told_of(&own, span, &format!("in {what}"), self.problems);
         let world = world?;
-        let constants = &case.constants;
-        let sizes = (sizes(&self.plan.world, constants), sizes(&world, constants));
-        if let (Some(own), Some(other)) = sizes
-            && own != other
-        {
+        let entries = |world: &World| {
+            let sizes = sizes(&Scene::new(self.plan, world, Mode::Training));
+            (sizes.state_len(), sizes.action_len())
+        };
+        let (own, other) = (entries(&self.plan.world), entries(&world));
+        if own != other {
             let say = |(state, action): (usize, usize)| {
                 format!("a state of {state} and an action of {action} entries")
             };

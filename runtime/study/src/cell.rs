@@ -57,11 +57,11 @@ pub(crate) fn check_names<'a>(
     what: &'static str,
     names: impl Iterator<Item = (&'a String, &'a Place)>,
 ) -> Result<(), StudyError> {
-    let plain = |letter: char| letter.is_ascii_alphanumeric() || "_-".contains(letter);
+    let plain = |letter: char| letter.is_ascii_alphanumeric() || "_-=.,".contains(letter);
     let mut seen = BTreeSet::new();
     for (name, at) in names {
         let (label, at) = (name.clone(), at.clone());
-        if name.is_empty() || name.len() > 100 || !name.chars().all(plain) {
+        if name.is_empty() || name.len() > 100 || name.starts_with('.') || !name.chars().all(plain) {
             return Err(StudyError::Label { label, at });
         }
         if !seen.insert(name) {

@@ -17,7 +17,7 @@ pub enum StudyError {
     #[error("{cause}{}", suffix(at))]
     Plan { cause: String, at: Place },
 
-    #[error("`{label}` cannot name a folder; use letters, digits, `_` and `-`{}", suffix(at))]
+    #[error("`{label}` cannot name a folder; use letters, digits and `_-=.,`, up to 100{}", suffix(at))]
     Label { label: String, at: Place },
 
     #[error("two {what} are called `{label}`; give one another name{}", suffix(at))]
