@@ -57,13 +57,7 @@ impl Trial<'_> {
         match step {
             TestStep::Place { agent, position, at } => {
                 let position = self.vector(*agent, position, at)?;
-                let agents = &mut self.episode.agents;
-                agents.position[*agent] = position;
-                agents.velocity[*agent] = [0.0; 2];
-                agents.command[*agent] = [0.0; 2];
-                agents.last_command[*agent] = [0.0; 2];
-                agents.outside[*agent] = self.task.agents[*agent].is_outside(position);
-                self.task.refresh_slots(&mut self.episode);
+                self.task.put(&mut self.episode, *agent, position);
             }
             TestStep::Turn { agent, heading, at } => {
                 let heading = self.known(*agent).and_then(|()| self.compiler().number(heading));
