@@ -59,6 +59,8 @@ enum Verb {
     List(verbs::list::Args),
     /// Write the report of finished studies again, from their records alone
     Report(verbs::report::Args),
+    /// Draw the scene, its formations and the landscape of the reward, before any training
+    View(verbs::view::Args),
     /// Print completions for a shell
     Completions { shell: Shell },
 }
@@ -102,6 +104,7 @@ fn run(verb: Verb) -> Result<Exit, Failure> {
         Verb::Hash(args) => verbs::hash::run(args),
         Verb::List(args) => verbs::list::run(args),
         Verb::Report(args) => verbs::report::run(args),
+        Verb::View(args) => verbs::view::run(args),
         Verb::Completions { shell } => {
             clap_complete::generate(shell, &mut Cli::command(), "mpgx", &mut std::io::stdout());
             Ok(Exit::Done)

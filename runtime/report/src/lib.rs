@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 mod band;
 mod grid;
 mod panels;
+pub mod picture;
 mod svg;
 mod symbols;
 mod text;

@@ -44,16 +44,7 @@ impl Axis {
             }
         };
         let format = format(lo.abs().max(hi.abs()));
-        // Steps are round in the unit that is shown.
-        let step = round_step((hi - lo) * format.factor / count as f64) / format.factor;
-        let digits = (-libm::floor(libm::log10(step * format.factor) + 1e-9)).max(0.0) as usize;
-        let format = Format { digits, ..format };
-        let first = (lo / step).ceil() as i64;
-        let last = (hi / step).floor() as i64;
-        let ticks = (first..=last.min(first + 50))
-            .map(|k| k as f64 * step)
-            .map(|value| Tick { value, label: format.plain(value) })
-            .collect();
+        let ticks = ticks((lo, hi), count, format);
         Axis { lo, hi, log: false, ticks }
     }
 
@@ -99,6 +90,17 @@ impl Axis {
     }
 }
 
+/// Ticks from `lo` to `hi` in about `count` steps that are round in the unit that is shown.
+pub fn ticks((lo, hi): (f64, f64), count: usize, format: Format) -> Vec<Tick> {
+    let step = round_step((hi - lo) * format.factor / count as f64) / format.factor;
+    let digits = (-libm::floor(libm::log10(step * format.factor) + 1e-9)).max(0.0) as usize;
+    let format = Format { digits, ..format };
+    let first = (lo / step).ceil() as i64;
+    let last = (hi / step).floor() as i64;
+    let ticks = (first..=last.min(first + 50)).map(|k| k as f64 * step);
+    ticks.map(|value| Tick { value, label: format.plain(value) }).collect()
+}
+
 /// The least and greatest value that is not absurd; (0, 1) if there is none.
 fn range(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let sane = values.into_iter().filter(|value| value.abs() < 1e60);
@@ -107,7 +109,7 @@ fn range(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
 }
 
 /// 1, 2 or 5 times a power of ten, not below `step`.
-fn round_step(step: f64) -> f64 {
+pub fn round_step(step: f64) -> f64 {
     let power = libm::exp10(libm::floor(libm::log10(step)));
     [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|s| *s >= step * 0.999).unwrap_or(power * 10.0)
 }

@@ -35,16 +35,25 @@ pub fn symbols(plan: &Plan, world: &World, formula: &Expr) -> Vec<Symbol> {
 /// An SI value with the unit of its dimension, where that has a short name.
 pub fn quantity(value: f64, dimension: &str) -> String {
     let number = value.to_string().replace('-', "\u{2212}");
-    match dimension {
-        "number" => number,
-        "length" => format!("{number}\u{a0}m"),
-        "time" => format!("{number}\u{a0}s"),
-        "speed" => format!("{number}\u{a0}m/s"),
-        "acceleration" => format!("{number}\u{a0}m/s²"),
-        "frequency" => format!("{number}\u{a0}Hz"),
-        "steps" => format!("{number}\u{a0}steps"),
-        other => format!("{number} ({other}, SI)"),
+    match unit(dimension) {
+        Some("") => number,
+        Some(unit) => format!("{number}\u{a0}{unit}"),
+        None => format!("{number} ({dimension}, SI)"),
     }
+}
+
+/// The short name of a dimension's SI unit, empty for plain numbers.
+pub fn unit(dimension: &str) -> Option<&'static str> {
+    Some(match dimension {
+        "number" => "",
+        "length" => "m",
+        "time" => "s",
+        "speed" => "m/s",
+        "acceleration" => "m/s²",
+        "frequency" => "Hz",
+        "steps" => "steps",
+        _ => return None,
+    })
 }
 
 fn collect<'e>(expr: &'e Expr, found: &mut Vec<&'e Expr>) {

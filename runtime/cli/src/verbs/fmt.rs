@@ -82,7 +82,7 @@ fn finish(
 }
 
 /// Replaces a file whole, also if the power fails meanwhile.
-fn write(path: &Path, text: &str) -> Result<(), Failure> {
+pub fn write(path: &Path, text: &str) -> Result<(), Failure> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     Ok(RealDisk::new(folder).write_atomic(&name, text.as_bytes())?)

@@ -10,3 +10,4 @@ pub mod new;
 pub mod report;
 pub mod run;
 pub mod test;
+pub mod view;
