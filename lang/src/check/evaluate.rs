@@ -16,7 +16,7 @@ const CONFIDENCE: f64 = 0.95;
 const PROTOCOLS: usize = 100;
 
 /// A metric of the study: its name in a scenario, its name in the summary, and what it is.
-const METRICS: [(&str, &str, Measures); 7] = [
+const METRICS: [(&str, &str, Measures); 9] = [
     ("return", "return", Measures::Reward),
     ("error", "error_m", Measures::Length),
     ("error_over_oracle", "error_over_oracle", Measures::Number),
@@ -24,6 +24,8 @@ const METRICS: [(&str, &str, Measures); 7] = [
     ("collision_episodes", "collision_episodes", Measures::Number),
     ("late_collisions", "late_collision_episodes", Measures::Number),
     ("outside", "outside_episodes", Measures::Number),
+    ("hits", "hit_episodes", Measures::Number),
+    ("late_hits", "late_hit_episodes", Measures::Number),
 ];
 
 /// Whether this is the number of episodes of an evaluation, not a change.
@@ -233,6 +235,6 @@ pub const BAD_CLAIM: Code = Code {
     expect random.gap > -30 m
     expect mpg beats td3 on random.return
 
-Measured are return, error, error_over_oracle, collisions, late_collisions, outside, and each reward term by its
-name (its sum over an episode). Without a method, the one of `learn` is meant.",
+Measured are return, error, error_over_oracle, collisions, late_collisions, outside, where there are obstacles hits
+and late_hits, and each reward term by its name (its sum over an episode). Without a method, the one of `learn` is meant.",
 };

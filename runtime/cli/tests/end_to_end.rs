@@ -70,6 +70,57 @@ fn a_range_of_seeds_runs_and_a_dry_run_tells_what_it_would_take() {
     assert_eq!(cells, ["mpg-005", "mpg-006", "oracle-000", "proportional-000", "td3-005", "td3-006"]);
 }
 
+/// Robots that share a policy, a curriculum, an obstacle, schedules, variants.
+#[test]
+fn a_flock_runs_with_its_variants_and_its_tables_tell_of_hits() {
+    let folder = folder();
+    let flock = SCENARIO
+        .replace("observe { F[i] - p[i] for i in follower }", "observe each i in follower { F[i] - p[i] }")
+        .replace("steps = 400", "steps = 150, explore_noise = linear(2, 0.1)")
+        + "\nobstacles pillar[1] : disc(8 cm) { position = (0.5 m, 0.5 m) }"
+        + "\nstage still { leader.speed = -0.01 m/s .. 0.01 m/s } until error < 1 m over 2 episodes within 60 steps"
+        + "\nvariant three { follower.size = 3 }\nvariant near { side = 0.3 m }\nevaluate four { follower.size = 4, episodes = 2 }\n";
+    fs::write(folder.path().join("small.scn"), flock).unwrap();
+    let hash = study_hash(folder.path(), &["--threads", "1"]);
+    for study in ["", "variants/three", "variants/near"] {
+        let summary = folder.path().join("runs/small").join(study).join("study.json");
+        assert!(fs::read_to_string(&summary).unwrap().contains("late_hit_episodes"), "{study}");
+    }
+    let output = run(folder.path(), &["run", "small.scn"]);
+    let told = text(&output.stdout);
+    let table = told.rsplit("held_out").next().unwrap();
+    for line in ["small: mpg", "small: oracle", "variant three: td3", "variant near: proportional"] {
+        assert!(table.contains(line), "{told}");
+    }
+    assert!(told.contains("hits"), "{told}");
+    assert!(text(&output.stderr).contains("in all 18 cells of 3 studies"), "{}", text(&output.stderr));
+    assert!(text(&run(folder.path(), &["list", "runs"]).stdout).contains("variant near"));
+    let other = self::folder();
+    fs::copy(folder.path().join("small.scn"), other.path().join("small.scn")).unwrap();
+    assert_eq!(study_hash(other.path(), &["--threads", "3"]), hash);
+}
+
+#[test]
+fn tests_in_scenarios_pass_and_fail_with_their_place() {
+    let folder = folder();
+    let with = |bound: &str| {
+        let test = format!(
+            "\ntest \"it starts near\" {{\n    check error < 1 m\n}}\ntest \"it is far\" {{\n    place leader at (0 m, 0 m)\n    place follower[1] at (1 m, 0 m)\n    check |p[follower[1]] - p[leader]| < {bound}\n}}\n"
+        );
+        fs::write(folder.path().join("small.scn"), format!("{SCENARIO}{test}")).unwrap();
+        let output = run(folder.path(), &["test", "small.scn"]);
+        (output.status.code(), text(&output.stdout))
+    };
+    let (code, told) = with("2 m");
+    assert!(code == Some(0) && told.contains("small.scn: it is far ... ok"), "{told}");
+    let (code, told) = with("0.5 m");
+    let line = SCENARIO.lines().count() + 8;
+    assert_eq!(code, Some(1), "{told}");
+    assert!(told.contains("it starts near ... ok") && told.contains("it is far ... FAILED"), "{told}");
+    assert!(told.contains(&format!("small.scn:{line}:")) && told.contains("it is 1"), "{told}");
+    assert!(told.contains("1 passed, 1 failed"), "{told}");
+}
+
 #[test]
 fn threads_and_kernels_leave_the_hash_alone() {
     let reference = study_hash(folder().path(), &["--threads", "1"]);
@@ -167,9 +218,10 @@ fn a_claim_that_fails_ends_with_1() {
 fn every_verb_helps_and_every_built_in_scenario_compiles() {
     let folder = folder();
     let help = text(&run(folder.path(), &["--help"]).stdout);
-    for verb in
-        ["run", "check", "compile", "explain", "test", "diff", "doc", "new", "fmt", "hash", "list", "report"]
-    {
+    for verb in [
+        "run", "check", "compile", "explain", "test", "diff", "doc", "new", "fmt", "hash", "list", "report",
+        "view",
+    ] {
         assert!(help.contains(verb));
         assert!(text(&run(folder.path(), &[verb, "--help"]).stdout).contains("Example: mpgx"), "{verb}");
     }

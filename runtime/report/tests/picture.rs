@@ -97,7 +97,7 @@ fn marks_are_where_things_are() {
     let frame = Frame { area, left: 0.0, top: 0.0, width: 400.0 };
     let moment = moment(&plan);
     let scene = picture::scene(&moment, &frame);
-    assert!(scene.contains("M100 100L300 100L300 300L100 300"), "arena of the leader: {scene}");
+    assert!(scene.contains("M100 300L300 300L300 100L100 100z"), "arena of the leader: {scene}");
     assert!(scene.contains("M200 240L250 240"), "the third is 50 points right of its place");
     assert!(scene.contains("M247.3 240a2.7 2.7"), "its marker is there");
     assert!(scene.contains("M197.3 240a2.7 2.7"), "its place is hollow there");

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use mpgx_lang::Override;
-use mpgx_lang::plan::{Control, World};
+use mpgx_lang::plan::{Constraint, Control, Plan, World};
 use mpgx_lang::problem::did_you_mean;
 use mpgx_report::picture::{self, Landscape, Moment};
 use mpgx_sim::{Episode, EpisodeKey, Mode, SimError, Task, Worth};
@@ -76,7 +76,7 @@ pub fn run(args: Args) -> Result<Exit, Failure> {
 }
 
 /// The start of the first training episode of a seed.
-fn begin(plan: &mpgx_lang::plan::Plan, seed: u32) -> Result<(Task, Episode), SimError> {
+fn begin(plan: &Plan, seed: u32) -> Result<(Task, Episode), SimError> {
     let task = Task::new(plan, &plan.world)?;
     let mut episode = task.episode();
     task.reset(&mut episode, EpisodeKey { seed, ..EpisodeKey::default() })?;
@@ -97,8 +97,7 @@ fn moment<'a>(world: &'a World, task: &Task, episode: &Episode) -> Moment<'a> {
     let mut later = episode.clone();
     while moved.contains(&true) && later.time_steps() < task.horizon() {
         task.idle(&mut later, Mode::Evaluate);
-        for ((way, at), _) in ways.iter_mut().zip(positions(&later)).zip(&moved).filter(|(_, moves)| **moves)
-        {
+        for (way, at) in ways.iter_mut().zip(positions(&later)).filter(|(way, _)| !way.is_empty()) {
             way.push(at);
         }
     }
@@ -108,11 +107,11 @@ fn moment<'a>(world: &'a World, task: &Task, episode: &Episode) -> Moment<'a> {
         .formations
         .iter()
         .map(|formation| match formation.constraint {
-            mpgx_lang::plan::Constraint::Displacements { .. } => {
+            Constraint::Displacements { .. } => {
                 let members = world.groups.get(formation.group).map_or(0, |group| group.size);
                 slots.by_ref().take(members).collect()
             }
-            mpgx_lang::plan::Constraint::Distances(_) => Vec::new(),
+            Constraint::Distances(_) => Vec::new(),
         })
         .collect();
     let headings = (0..task.agents()).map(|k| task.heading(episode, k)).collect();

@@ -123,10 +123,10 @@ pub fn landscape(moment: &Moment, land: &Landscape, frame: &Frame) -> String {
     let mut drawing =
         format!(r##"<rect x="{x}" y="{y}" width="{width}" height="{height}" fill="#ececec"/>"##);
     drawing += &format!(r#"<path d="{}" fill="{}"/>"#, region(f64::MIN), values.colour(0));
-    for (k, level) in values.levels.iter().enumerate() {
+    let above = values.levels.iter().map(|level| region(*level)).enumerate();
+    for (k, data) in above.filter(|(_, data)| !data.is_empty()) {
         drawing += &format!(
-            r#"<path d="{}" fill="{}" stroke="{INK}" stroke-opacity=".5" stroke-width=".3"/>"#,
-            region(*level),
+            r#"<path d="{data}" fill="{}" stroke="{INK}" stroke-opacity=".5" stroke-width=".3"/>"#,
             values.colour(k + 1)
         );
     }

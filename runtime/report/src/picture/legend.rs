@@ -6,7 +6,7 @@ use super::landscape::{Best, Values, hatching, peak};
 use super::palette::colour;
 use super::pen::{INK, SOFT, arrow_head, circle, num, path, plain, style};
 use super::scene::{MARKER, moves, ruler};
-use super::{Frame, Landscape, Moment, groups};
+use super::{Frame, Landscape, Moment, group_of, groups, names};
 use crate::text::Format;
 
 const LINE: f64 = 11.5;
@@ -39,7 +39,7 @@ fn rows(moment: &Moment, land: &Landscape, values: &Values, frame: &Frame) -> Ve
     let mut rows = Vec::new();
     for (id, group, _) in groups(world).filter(|(_, group, _)| group.solid.is_none()) {
         let look = style(world, id);
-        let arena = group.arena.map(|_| line(look.colour, "3 2", ".6")).unwrap_or_default();
+        let arena = group.arena.map(|_| dashes(look.colour)).unwrap_or_default();
         let marker = format!(r#"<path d="{}" fill="{}"/>"#, look.marker([0.0; 2], MARKER), look.colour);
         let its = if group.arena.is_some() { "; arena" } else { "" };
         rows.push((arena + &marker, format!("{}{its}", agents(group))));
@@ -120,7 +120,7 @@ fn worth(moment: &Moment, land: &Landscape, values: &Values) -> Vec<(String, Str
         format!(r#"<rect x="{x}" y="-4" width="14" height="8" fill="{}"/>"#, colour(share))
     };
     if let Some(step) = values.step() {
-        let line = format!(r#"<path d="M0 -4L0 4" stroke="{INK}" stroke-opacity=".5" stroke-width=".5"/>"#);
+        let line = format!(r#"<path d="M0 -4L0 4" stroke="{INK}" stroke-width=".3"/>"#);
         let symbol = swatch(0.4, -14.0) + &swatch(0.55, 0.0) + &line;
         rows.push((
             symbol,
@@ -133,22 +133,18 @@ fn worth(moment: &Moment, land: &Landscape, values: &Values) -> Vec<(String, Str
         let symbol = swatch(0.75, -14.0) + &swatch(0.75, 0.0) + &hatching(-14.0, -4.0, 28.0, 8.0, |_| true);
         rows.push((symbol, format!("the episode fails: {}", names.join(" or "))));
     }
-    if let Best::Peak(..) = values.best {
-        rows.push((peak([0.0; 2]), values.best_text()));
-    } else {
-        rows.push((String::new(), values.best_text()));
-    }
-    if let Some((id, group)) = super::group_of(moment.world, land.agent) {
+    let mark = if let Best::Peak(..) = values.best { peak([0.0; 2]) } else { String::new() };
+    rows.push((mark, values.best_text()));
+    if let Some((id, _)) = group_of(moment.world, land.agent) {
         let data = style(moment.world, id).marker([0.0; 2], MARKER);
         let symbol = format!(r#"<path d="{data}" fill="none" stroke="{INK}" stroke-width=".9"/>"#);
-        let number = land.agent - moment.world.first_of(id) + 1;
-        let name = plain(&group.name);
-        let name = if group.size > 1 { format!("{name}[{number}]") } else { name };
+        let name = names(moment.world).get(land.agent).map(|name| plain(name)).unwrap_or_default();
         rows.push((symbol, format!("where {name} is")));
     }
     rows
 }
 
-fn line(colour: &str, dashes: &str, width: &str) -> String {
-    format!(r#"<path d="M-16 0L16 0" stroke="{colour}" stroke-width="{width}" stroke-dasharray="{dashes}"/>"#)
+/// The border of an arena.
+fn dashes(colour: &str) -> String {
+    format!(r#"<path d="M-16 0L16 0" stroke="{colour}" stroke-width=".6" stroke-dasharray="3 2"/>"#)
 }

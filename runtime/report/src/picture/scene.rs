@@ -3,7 +3,7 @@
 use mpgx_lang::plan::{Control, Graph, Group, Solid};
 
 use super::contour::simplified;
-use super::pen::{INK, SOFT, Style, arrow_head, circle, num, path, style};
+use super::pen::{INK, SOFT, Style, arrow_head, circle, path, style};
 use super::{Frame, Moment, groups};
 
 /// Radius of the marker of an agent that is smaller, points.
@@ -190,10 +190,10 @@ pub fn moves(group: &Group) -> bool {
     matches!(group.control, Control::Motion(_))
 }
 
-/// A line of a length in metres, with ends, and a circle: the scale of the scene.
+/// A line of a length, with ends.
 pub fn ruler([x, y]: [f64; 2], length: f64) -> String {
     let (from, to) = (x - length / 2.0, x + length / 2.0);
     let line = path([[from, y], [to, y]], "");
     let ends = [from, to].map(|x| path([[x, y - 2.0], [x, y + 2.0]], "")).concat();
-    format!(r#"<path d="{line}{ends}" fill="none" stroke="{INK}" stroke-width="{}"/>"#, num(0.8))
+    format!(r#"<path d="{line}{ends}" fill="none" stroke="{INK}" stroke-width=".8"/>"#)
 }
