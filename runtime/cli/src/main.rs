@@ -1,5 +1,6 @@
 //! `mpgx`: one file a verb in `verbs/`. A verb gives an exit code or a failure with a remedy.
 
+mod bench;
 mod failure;
 mod forecast;
 mod progress;
@@ -59,6 +60,8 @@ enum Verb {
     List(verbs::list::Args),
     /// Write the report of finished studies again, from their records alone
     Report(verbs::report::Args),
+    /// Measure this machine: kernels, learners, simulator and compiler
+    Bench(verbs::bench::Args),
     /// Draw the scene, its formations and the landscape of the reward, before any training
     View(verbs::view::Args),
     /// Print completions for a shell
@@ -104,6 +107,7 @@ fn run(verb: Verb) -> Result<Exit, Failure> {
         Verb::Hash(args) => verbs::hash::run(args),
         Verb::List(args) => verbs::list::run(args),
         Verb::Report(args) => verbs::report::run(args),
+        Verb::Bench(args) => verbs::bench::run(args),
         Verb::View(args) => verbs::view::run(args),
         Verb::Completions { shell } => {
             clap_complete::generate(shell, &mut Cli::command(), "mpgx", &mut std::io::stdout());

@@ -6,6 +6,7 @@
 
 mod lanes;
 mod loops;
+mod roofline;
 mod storage;
 #[cfg(test)]
 mod tests;
@@ -97,6 +98,7 @@ macro_rules! entry_points {
      $bn:literal, update $ur:literal x $uc:literal) => {
         mod $level {
             use super::loops::{self, Backward, Forward, Update};
+            use super::roofline;
             use super::transpose::{self, ThroughRelu};
 
             /// # Safety
@@ -158,6 +160,33 @@ macro_rules! entry_points {
             pub(super) unsafe fn through_relu(a: &ThroughRelu) {
                 // SAFETY: the caller's promise.
                 unsafe { transpose::through_relu::<$lanes>(a) }
+            }
+
+            /// # Safety
+            ///
+            /// As [`roofline::multiply_adds`].
+            $(#[$feature])?
+            pub(super) unsafe fn multiply_adds(rounds: usize) -> (f32, usize) {
+                // SAFETY: the caller's promise.
+                unsafe { roofline::multiply_adds::<$lanes>(rounds) }
+            }
+
+            /// # Safety
+            ///
+            /// As [`roofline::read`].
+            $(#[$feature])?
+            pub(super) unsafe fn read(from: *const f32, len: usize) -> f32 {
+                // SAFETY: the caller's promise.
+                unsafe { roofline::read::<$lanes>(from, len) }
+            }
+
+            /// # Safety
+            ///
+            /// As [`roofline::read_and_write`].
+            $(#[$feature])?
+            pub(super) unsafe fn read_and_write(arrays: [*mut f32; 4], len: usize) {
+                // SAFETY: the caller's promise.
+                unsafe { roofline::read_and_write::<$lanes>(arrays, len) }
             }
         }
     };
@@ -268,6 +297,27 @@ impl Simd {
             };
             dispatch!(self, through_relu(&a));
         }
+    }
+}
+
+/// For measuring: nothing here is part of training.
+impl Simd {
+    /// `rounds` of independent fused multiply-adds in registers: their sum, and how many there were.
+    pub(crate) fn multiply_adds(self, rounds: usize) -> (f32, usize) {
+        dispatch!(self, multiply_adds(rounds))
+    }
+
+    /// The sum of all weights, from whole blocks of 8 vectors.
+    pub(crate) fn read(self, w: &Dense) -> f32 {
+        let len = w.data().len() / (8 * BLOCK) * (8 * BLOCK);
+        dispatch!(self, read(w.data().as_ptr(), len))
+    }
+
+    /// Reads four arrays of one size and writes them as they were.
+    pub(crate) fn read_and_write(self, arrays: &mut [Dense; 4]) {
+        let len = arrays.iter().map(|array| array.data().len()).min().unwrap_or(0);
+        let arrays = arrays.each_mut().map(|array| array.data_mut().as_mut_ptr());
+        dispatch!(self, read_and_write(arrays, len));
     }
 }
 

@@ -13,6 +13,7 @@ mod error;
 mod health;
 mod kernels;
 mod learner;
+pub mod measure;
 mod network;
 mod noise;
 mod policy;
