@@ -9,7 +9,7 @@ use mpgx_study::{Cell, Part, cells, estimate, load, seconds};
 use crate::failure::Failure;
 
 /// One line a study, then what those cells will take that are not finished yet.
-pub fn of(parts: &[Part], folder: &Path, threads: usize) -> Result<String, Failure> {
+pub fn of(parts: &[&Part], folder: &Path, threads: usize) -> Result<String, Failure> {
     let mut out = String::new();
     let (mut steps, mut updates, mut all, mut left) = (0, 0, 0, 0);
     let (mut memory, mut disk, mut room, mut time_s) = (0.0f64, 0.0, 0.0f64, 0.0);
@@ -58,11 +58,11 @@ pub fn of(parts: &[Part], folder: &Path, threads: usize) -> Result<String, Failu
     Ok(out)
 }
 
-/// The scenario's name, or `variant wide`.
+/// The scenario's name and, where it is one, the variant's: `square_unison, variant wide`.
 pub fn name(part: &Part) -> String {
     match part.variant.as_str() {
         "" => part.plan.name.clone(),
-        variant => format!("variant {variant}"),
+        variant => format!("{}, variant {variant}", part.plan.name),
     }
 }
 

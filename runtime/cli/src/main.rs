@@ -7,6 +7,7 @@ mod progress;
 mod provenance;
 mod scenario;
 mod seeds;
+mod suite;
 mod table;
 mod verbs;
 

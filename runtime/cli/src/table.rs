@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+use mpgx_report::Member;
+use mpgx_study::suite::Suite;
 use mpgx_study::summary::{Statistic, Summary};
 
 /// Results by protocol, a line a method, then comparisons, claims and failures.
@@ -64,6 +66,27 @@ pub fn side_by_side(studies: &[(String, Summary)]) -> String {
         tables.push(measured(protocol, lines));
     }
     tables.join("\n")
+}
+
+/// Published values and ours, a table each.
+pub fn beside(suite: &Suite, members: &[Member]) -> String {
+    let mut out = String::new();
+    for table in &suite.tables {
+        let _ = writeln!(out, "\n{} ({})", table.title, table.source);
+        let width = table.rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0);
+        for row in &table.rows {
+            let member = members.iter().find(|it| it.plan.name == row.scenario && it.variant == row.variant);
+            let of = |label: &str| member?.summary.protocols.get(&row.protocol)?.get(label)?.get(&row.metric);
+            let published = row.published.map_or("–".to_string(), |value| format!("{value}"));
+            let methods = member.iter().flat_map(|it| it.plan.learners.iter().chain(&it.plan.controllers));
+            let ours = methods
+                .filter_map(|method| Some(format!("{} {}", method.label, interval(of(&method.label)?))));
+            let ours = ours.collect::<Vec<_>>().join("   ");
+            let _ =
+                writeln!(out, "  {:<width$}  {:<24} published {published:>8}   {ours}", row.name, row.metric);
+        }
+    }
+    out
 }
 
 /// One line each, under a head; hits only where there was something to hit.

@@ -121,6 +121,42 @@ fn tests_in_scenarios_pass_and_fail_with_their_place() {
     assert!(told.contains("1 passed, 1 failed"), "{told}");
 }
 
+/// Two scenarios, one row beside a published value; a row that names nothing is told before anything runs.
+#[test]
+fn a_suite_runs_its_scenarios_and_puts_them_beside_published_tables() {
+    let folder = folder();
+    let short = SCENARIO.replace("steps = 400", "steps = 60");
+    fs::write(folder.path().join("small.scn"), &short).unwrap();
+    fs::write(folder.path().join("other.scn"), short.replace("scenario small", "scenario other")).unwrap();
+    let suite = "title = \"All <of> it\"\nscenarios = [\"small.scn\", \"other.scn\"]\n\
+        [[table]]\ntitle = \"Tracking\"\nsource = \"table 1\"\n\
+        [[table.row]]\nname = \"held out\"\nscenario = \"other\"\nprotocol = \"held_out\"\nmetric = \"error_m\"\npublished = 0.25\n";
+    fs::write(folder.path().join("all.toml"), suite.replace("held_out", "random")).unwrap();
+    let output = run(folder.path(), &["run", "all.toml"]);
+    assert_eq!(output.status.code(), Some(2));
+    let told = text(&output.stderr);
+    assert!(told.contains("no evaluation `random`; there is held_out"), "{told}");
+    assert!(!folder.path().join("runs").exists());
+
+    fs::write(folder.path().join("all.toml"), suite).unwrap();
+    let output = run(folder.path(), &["run", "all.toml"]);
+    let told = text(&output.stdout);
+    assert!(told.contains("published     0.25   mpg "), "{told}{}", text(&output.stderr));
+    let results = folder.path().join("runs/all");
+    for study in ["small", "other"] {
+        assert!(results.join(study).join("study.json").is_file());
+    }
+    let report = fs::read_to_string(results.join("report.html")).unwrap();
+    for part in ["All &lt;of&gt; it", "<td>250</td>", "other&#x2f;report.html", "Tracking"] {
+        assert!(report.contains(part), "{part}");
+    }
+    fs::remove_file(results.join("report.html")).unwrap();
+    run(folder.path(), &["report", "runs/all"]);
+    assert_eq!(fs::read_to_string(results.join("report.html")).unwrap(), report);
+    let again = run(folder.path(), &["run", "all.toml"]);
+    assert!(!text(&again.stderr).contains("updates/s"), "{}", text(&again.stderr));
+}
+
 #[test]
 fn threads_and_kernels_leave_the_hash_alone() {
     let reference = study_hash(folder().path(), &["--threads", "1"]);

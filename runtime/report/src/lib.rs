@@ -16,11 +16,14 @@ mod band;
 mod grid;
 mod panels;
 pub mod picture;
+mod suite;
 mod svg;
 mod symbols;
 mod text;
 mod tracks;
 mod view;
+
+pub use suite::{Member, suite_html};
 
 use panels::{Content, PANELS};
 use view::View;
@@ -66,43 +69,64 @@ struct Section {
     script: Option<Value>,
 }
 
+impl Section {
+    /// Without data and script.
+    fn still(id: &'static str, title: &'static str, body: String) -> Section {
+        Section { id, title, body: Value::from_safe_string(body), data: None, script: None }
+    }
+}
+
+/// What every page has.
+struct Page<'a> {
+    name: &'a str,
+    about: &'a str,
+    version: &'a str,
+    sections: &'a [Section],
+}
+
 /// The page as HTML text.
 ///
 /// # Errors
 /// [`ReportError`], if a template does not fit its panel.
 pub fn html(input: &Input) -> Result<String, ReportError> {
     let view = View::new(input);
-    let mut environment = Environment::new();
-    environment.set_undefined_behavior(UndefinedBehavior::Strict);
     let mut sections = Vec::new();
     for panel in PANELS {
         let Some(Content { context, data }) = (panel.content)(&view) else { continue };
-        let body = environment
-            .render_named_str("panel.html", panel.template, context)
-            .map_err(|source| ReportError::Template { panel: panel.id, source })?;
         let data = data
             .map(|data| embed(&data))
             .transpose()
             .map_err(|source| ReportError::Data { panel: panel.id, source })?;
-        sections.push(Section {
-            id: panel.id,
-            title: panel.title,
-            body: Value::from_safe_string(body),
-            data,
-            script: panel.script.map(|script| Value::from_safe_string(script.into())),
-        });
+        let script = panel.script.map(|script| Value::from_safe_string(script.into()));
+        let body = render(panel.id, panel.template, context)?;
+        sections.push(Section { data, script, ..Section::still(panel.id, panel.title, body) });
     }
-    let page = context! {
-        scenario => input.plan.name.as_str(),
-        doc => input.plan.doc.trim(),
-        version => input.summary.version.as_str(),
+    page(&Page {
+        name: &input.plan.name,
+        about: input.plan.doc.trim(),
+        version: &input.summary.version,
+        sections: &sections,
+    })
+}
+
+fn page(page: &Page) -> Result<String, ReportError> {
+    let context = context! {
+        scenario => page.name,
+        doc => page.about,
+        version => page.version,
         style => Value::from_safe_string(include_str!("style.css").into()),
         script => Value::from_safe_string(include_str!("page.js").into()),
-        sections => Serde(sections),
+        sections => Serde(page.sections),
     };
-    environment
-        .render_named_str("page.html", include_str!("page.html"), page)
-        .map_err(|source| ReportError::Template { panel: "page", source })
+    render("page", include_str!("page.html"), context)
+}
+
+/// Fills a template in; everything in the context is escaped.
+fn render(panel: &'static str, template: &str, context: Value) -> Result<String, ReportError> {
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    let filled = environment.render_named_str("panel.html", template, context);
+    filled.map_err(|source| ReportError::Template { panel, source })
 }
 
 /// JSON that is safe inside a script element: nothing in it can end the element.

@@ -19,6 +19,7 @@ mod run;
 mod sealed;
 pub mod statistics;
 pub mod storage;
+pub mod suite;
 pub mod summarise;
 pub mod summary;
 mod team;

@@ -5,7 +5,8 @@ use std::path::Path;
 use clap::ValueEnum;
 
 use crate::failure::{Exit, Failure};
-use crate::scenario;
+use crate::suite::studies_in;
+use crate::{scenario, suite};
 
 #[derive(clap::Args)]
 #[command(after_help = "Example: mpgx list std")]
@@ -18,6 +19,8 @@ pub struct Args {
 enum What {
     /// Scenarios that come with mpgx
     Scenarios,
+    /// Suites of scenarios that come with mpgx
+    Suites,
     /// Modules of the standard library
     Std,
     /// Studies in ./runs
@@ -29,6 +32,12 @@ pub fn run(args: Args) -> Result<Exit, Failure> {
         What::Scenarios => {
             for (name, text) in scenario::EMBEDDED {
                 println!("{name:<20} {}", first_line(text));
+            }
+        }
+        What::Suites => {
+            for (name, text) in suite::EMBEDDED {
+                let comment = text.lines().next().and_then(|line| line.strip_prefix('#'));
+                println!("{name:<20} {}", comment.map_or("", str::trim));
             }
         }
         What::Std => {
@@ -53,16 +62,6 @@ pub fn run(args: Args) -> Result<Exit, Failure> {
 /// The first line of the `//!` comment.
 fn first_line(text: &str) -> &str {
     text.lines().next().and_then(|line| line.strip_prefix("//!")).map_or("", str::trim)
-}
-
-/// The folders in `folder` that hold a study, in order; none if it cannot be read.
-fn studies_in(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).into_iter().flatten().filter_map(|entry| entry.ok());
-    let studies = entries.filter(|entry| entry.path().join("plan.ron").is_file());
-    let mut studies: Vec<String> =
-        studies.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
-    studies.sort();
-    studies
 }
 
 fn state(folder: &Path) -> &'static str {

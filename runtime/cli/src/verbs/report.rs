@@ -1,4 +1,4 @@
-//! `mpgx report`: the report of a study, from its records alone.
+//! `mpgx report`: the report of a study or suite, from records alone.
 
 use std::path::{Path, PathBuf};
 
@@ -7,18 +7,22 @@ use mpgx_study::Study;
 use mpgx_study::storage::{RealDisk, Storage};
 
 use crate::failure::{Exit, Failure};
-use crate::provenance;
+use crate::{provenance, suite};
 
 #[derive(clap::Args)]
 #[command(after_help = "Example: mpgx report runs/square_unison")]
 pub struct Args {
-    /// Folders of finished studies
+    /// Folders of finished studies or suites
     #[arg(required = true, value_name = "DIR")]
     studies: Vec<PathBuf>,
 }
 
 pub fn run(args: Args) -> Result<Exit, Failure> {
     for folder in &args.studies {
+        if let Some(report) = suite::rewrite_report(folder)? {
+            println!("{}", report.display());
+            continue;
+        }
         let storage = RealDisk::new(folder);
         let study = mpgx_study::load(&storage)?;
         println!("{}", write_report(&study, folder, &storage)?.display());

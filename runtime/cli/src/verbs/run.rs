@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use mpgx_lang::Override;
 use mpgx_lang::plan::{Plan, Setting};
+use mpgx_report::Member;
 use mpgx_study::storage::RealDisk;
 use mpgx_study::summary::Summary;
 use mpgx_study::{Options, Outcome, Part, Study, cells, parts};
@@ -15,12 +16,12 @@ use crate::progress::Display;
 use crate::seeds::Seeds;
 use crate::verbs::compile::parse_override;
 use crate::verbs::report::write_report;
-use crate::{forecast, provenance, scenario, table};
+use crate::{forecast, provenance, scenario, suite, table};
 
 #[derive(clap::Args)]
 #[command(after_help = "Example: mpgx run square_unison.scn --seeds 20 --set side=0.5m")]
 pub struct Args {
-    /// A scenario file, or the name of a built-in scenario
+    /// A scenario, or a suite of them (.toml): a file, or the name of one that is built in
     #[arg(value_name = "FILE|NAME")]
     scenario: String,
     /// How many seeds, or which: A..B is A to B - 1; only those not trained before are trained
@@ -50,49 +51,104 @@ pub struct Args {
 }
 
 pub fn run(args: Args) -> Result<Exit, Failure> {
+    if let Some(found) = suite::find(&args.scenario)? {
+        return run_suite(&found, &args);
+    }
     let (plan, compilation) = scenario::plan(&args.scenario, &args.set)?;
-    let parts = chosen(&plan, &args)?;
+    let source = scenario::files(&compilation);
+    let jobs: Vec<Job> =
+        chosen(&plan, &args)?.into_iter().map(|part| Job { part, source: &source }).collect();
     let folder = args.out.clone().unwrap_or_else(|| Path::new("runs").join(&plan.name));
+    let Some(done) = forecast_and_run(&jobs, &folder, &args)? else { return Ok(Exit::Done) };
+    if done.summaries.len() > 1 {
+        let name = |(part, summary): &(&Part, Summary)| (forecast::name(part), summary.clone());
+        print!("\n{}", table::side_by_side(&done.summaries.iter().map(name).collect::<Vec<_>>()));
+    }
+    Ok(done.exit)
+}
+
+/// Runs all scenarios of a suite, each in a folder of its own, and writes the report over all.
+fn run_suite(found: &suite::Found, args: &Args) -> Result<Exit, Failure> {
+    if !(args.set.is_empty() && args.variant.is_empty()) {
+        let message = "a suite runs its scenarios as they are";
+        return Err(Failure::new(Exit::BadInput, message).help("leave out --set and --variant"));
+    }
+    let mut studies = Vec::new();
+    for name in &found.suite.scenarios {
+        let (plan, compilation) = scenario::plan(&found.scenario(name), &[])?;
+        studies.push((parts(&plan)?, scenario::files(&compilation)));
+    }
+    let all: Vec<Vec<Part>> = studies.iter().map(|(parts, _)| parts.clone()).collect();
+    found.suite.check(&all).map_err(|message| Failure::new(Exit::BadInput, message))?;
+    let mut jobs = Vec::new();
+    for (parts, source) in &studies {
+        for part in parts {
+            let mut part = part.clone();
+            part.folder = mpgx_study::suite::folder(&part);
+            adjust(&mut part.plan, args);
+            jobs.push(Job { part, source });
+        }
+    }
+    let folder = args.out.clone().unwrap_or_else(|| Path::new("runs").join(&found.name));
+    let Some(done) = forecast_and_run(&jobs, &folder, args)? else { return Ok(Exit::Done) };
+    if done.exit == Exit::Interrupted {
+        return Ok(done.exit);
+    }
+    let members: Vec<Member> =
+        done.summaries.iter().map(|(part, summary)| suite::member(part, summary)).collect();
+    let report = suite::write_report(found, &members, &folder)?;
+    print!("{}", table::beside(&found.suite, &members));
+    println!("\nreport     {}", report.display());
+    Ok(done.exit)
+}
+
+/// A study to run, with its scenario's files.
+struct Job<'a> {
+    part: Part,
+    source: &'a [(String, String)],
+}
+
+/// How a number of studies ended.
+struct Done<'a> {
+    exit: Exit,
+    /// Of those that were finished.
+    summaries: Vec<(&'a Part, Summary)>,
+}
+
+/// Tells what will run and runs it; `None` if that is all that was asked for.
+fn forecast_and_run<'a>(jobs: &'a [Job], folder: &Path, args: &Args) -> Result<Option<Done<'a>>, Failure> {
     let mut options = Options::default();
     if let Some(threads) = args.threads {
         options.threads = threads as usize;
     }
-    eprint!("{}", forecast::of(&parts, &folder, options.threads)?);
+    let parts: Vec<&Part> = jobs.iter().map(|job| &job.part).collect();
+    eprint!("{}", forecast::of(&parts, folder, options.threads)?);
     if args.dry_run {
-        return Ok(Exit::Done);
+        return Ok(None);
     }
     options.interrupt = interrupt_flag()?;
-    run_all(&parts, &scenario::files(&compilation), &folder, &options)
+    run_all(jobs, folder, &options).map(Some)
 }
 
-/// Runs one study after another and puts what they measured side by side.
-fn run_all(
-    parts: &[Part],
-    source: &[(String, String)],
-    folder: &Path,
-    options: &Options,
-) -> Result<Exit, Failure> {
-    let mut exit = Exit::Done;
-    let mut summaries: Vec<(String, Summary)> = Vec::new();
-    for part in parts {
-        if parts.len() > 1 {
+/// Runs one study after another.
+fn run_all<'a>(jobs: &'a [Job], folder: &Path, options: &Options) -> Result<Done<'a>, Failure> {
+    let mut done = Done { exit: Exit::Done, summaries: Vec::new() };
+    for Job { part, source } in jobs {
+        if jobs.len() > 1 {
             eprintln!("\n{}", forecast::name(part));
         }
         let Some(study) = run_part(part, source, &folder.join(&part.folder), options)? else {
-            return Ok(Exit::Interrupted);
+            return Ok(Done { exit: Exit::Interrupted, ..done });
         };
         let Some(summary) = study.summary else {
             return Err(Failure::new(Exit::Internal, "the finished study has no summary"));
         };
         if !(summary.failures.is_empty() && summary.expect.iter().all(|claim| claim.holds)) {
-            exit = Exit::NotAsExpected;
+            done.exit = Exit::NotAsExpected;
         }
-        summaries.push((forecast::name(part), summary));
+        done.summaries.push((part, summary));
     }
-    if summaries.len() > 1 {
-        print!("\n{}", table::side_by_side(&summaries));
-    }
-    Ok(exit)
+    Ok(done)
 }
 
 /// Runs one study and writes its report; `None` if it was interrupted.
@@ -247,7 +303,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let run = |options: &str| {
             let parts = chosen(&plan(), &args(options)).unwrap();
-            run_all(&parts, &[], folder.path(), &Options::default()).unwrap()
+            let jobs: Vec<Job> = parts.into_iter().map(|part| Job { part, source: &[] }).collect();
+            run_all(&jobs, folder.path(), &Options::default()).unwrap().exit
         };
         assert_eq!(run("--variant short"), Exit::Done);
         assert!(!folder.path().join("study.json").exists());
@@ -257,7 +314,8 @@ mod tests {
                 assert!(folder.path().join(study).join(file).is_file(), "{study}/{file}");
             }
         }
-        let left = forecast::of(&chosen(&plan(), &args("--seeds 3")).unwrap(), folder.path(), 1).unwrap();
+        let parts = chosen(&plan(), &args("--seeds 3")).unwrap();
+        let left = forecast::of(&parts.iter().collect::<Vec<_>>(), folder.path(), 1).unwrap();
         assert!(
             left.contains("in all 24 cells of 3 studies") && left.contains("for the 4 cells left"),
             "{left}"

@@ -1,0 +1,101 @@
+//! Suites: finding one, and the report over its studies.
+
+use std::path::{Path, PathBuf};
+
+use mpgx_report::Member;
+use mpgx_study::Part;
+use mpgx_study::storage::{RealDisk, Storage};
+use mpgx_study::suite::Suite;
+use mpgx_study::summary::Summary;
+
+use crate::failure::{Exit, Failure};
+use crate::scenario;
+
+/// The suites that come with mpgx: name and text.
+pub const EMBEDDED: &[(&str, &str)] = &[("paper", include_str!("../../../scenarios/paper.toml"))];
+
+/// The suite's file in its folder of results.
+const FILE: &str = "suite.toml";
+
+/// A suite and where it was found.
+pub struct Found {
+    /// Of its folder of results.
+    pub name: String,
+    pub suite: Suite,
+    text: String,
+    /// Where its scenarios may lie; `None`: it is built in.
+    beside: Option<PathBuf>,
+}
+
+/// The suite of that name: a file that ends in `.toml`, or one that is built in.
+pub fn find(name: &str) -> Result<Option<Found>, Failure> {
+    let path = Path::new(name);
+    let plain = name.strip_suffix(".toml").unwrap_or(name);
+    let (text, beside) = if path.extension().is_some_and(|extension| extension == "toml") && path.is_file() {
+        (scenario::read(path)?, path.parent().map(Path::to_path_buf))
+    } else if let Some((_, text)) = EMBEDDED.iter().find(|(name, _)| *name == plain) {
+        ((*text).to_string(), None)
+    } else {
+        return Ok(None);
+    };
+    let suite = Suite::parse(&text).map_err(|why| Failure::new(Exit::BadInput, format!("{name}: {why}")))?;
+    let stem = path.file_stem().map_or(plain.into(), |stem| stem.to_string_lossy());
+    Ok(Some(Found { name: stem.into_owned(), suite, text, beside }))
+}
+
+impl Found {
+    /// Where to find one of its scenarios: a file beside it, or the name of a built-in one.
+    pub fn scenario(&self, name: &str) -> String {
+        let file = self.beside.as_ref().map(|folder| folder.join(name)).filter(|file| file.is_file());
+        file.map_or_else(|| name.to_string(), |file| file.to_string_lossy().into_owned())
+    }
+}
+
+/// A finished study as the report sees it. `part.folder` is below that of the suite.
+pub fn member<'a>(part: &'a Part, summary: &'a Summary) -> Member<'a> {
+    let report = format!("{}/report.html", part.folder);
+    Member { plan: &part.plan, variant: &part.variant, report, summary }
+}
+
+/// Writes `report.html` and the suite itself into the folder of results, and gives the report's path.
+pub fn write_report(found: &Found, members: &[Member], folder: &Path) -> Result<PathBuf, Failure> {
+    let html = mpgx_report::suite_html(&found.suite, members)
+        .map_err(|error| Failure::new(Exit::Internal, error.to_string()))?;
+    let storage = RealDisk::new(folder);
+    storage.write_atomic(FILE, found.text.as_bytes())?;
+    storage.write_atomic("report.html", html.as_bytes())?;
+    Ok(folder.join("report.html"))
+}
+
+/// Writes the report of a folder of results again, from what lies there alone; `None` if it is no suite's.
+pub fn rewrite_report(results: &Path) -> Result<Option<PathBuf>, Failure> {
+    let file = results.join(FILE);
+    if !file.is_file() {
+        return Ok(None);
+    }
+    let Some(found) = find(&file.to_string_lossy())? else { return Ok(None) };
+    let mut finished = Vec::new();
+    for scenario in studies_in(results) {
+        let variants = results.join(&scenario).join("variants");
+        let variants =
+            studies_in(&variants).into_iter().map(|name| (format!("{scenario}/variants/{name}"), name));
+        for (folder, variant) in std::iter::once((scenario.clone(), String::new())).chain(variants) {
+            let study = mpgx_study::load(&RealDisk::new(results.join(&folder)))?;
+            if let Some(summary) = study.summary {
+                finished.push((Part { variant, folder, plan: study.plan }, summary));
+            }
+        }
+    }
+    let members: Vec<Member> = finished.iter().map(|(part, summary)| member(part, summary)).collect();
+    write_report(&found, &members, results).map(Some)
+}
+
+/// The folders in `folder` that hold a study, in order; none if it cannot be read.
+pub fn studies_in(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().filter_map(|entry| entry.ok());
+    let studies = entries.filter(|entry| entry.path().join("plan.ron").is_file());
+    let mut studies: Vec<String> =
+        studies.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    studies.sort();
+    studies
+}
