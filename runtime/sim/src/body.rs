@@ -1,5 +1,7 @@
 //! Bodies: how an agent answers a velocity command.
 
+mod lanes;
+
 use mpgx_lang::plan::{Extern, Place};
 
 use crate::error::SimError;

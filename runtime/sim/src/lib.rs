@@ -3,10 +3,12 @@
 //!
 //! Everything is a function of the Plan and the [`EpisodeKey`]: the same bits on every machine.
 
+mod batch;
 mod body;
 mod control;
 mod episode;
 mod error;
+mod lanes;
 mod look;
 mod maths;
 mod observe;
@@ -20,6 +22,7 @@ mod step;
 mod task;
 mod trial;
 
+pub use batch::Batch;
 pub use body::{BODIES, body_settings};
 pub use control::{CONTROLLERS, Controller, controller, controller_settings};
 pub use episode::{Episode, EpisodeKey};

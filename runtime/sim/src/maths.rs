@@ -31,6 +31,14 @@ pub(crate) fn cross(a: Vec2, b: Vec2) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
+pub(crate) fn x(a: Vec2) -> f64 {
+    a[0]
+}
+
+pub(crate) fn y(a: Vec2) -> f64 {
+    a[1]
+}
+
 pub(crate) fn norm(a: Vec2) -> f64 {
     dot(a, a).sqrt()
 }

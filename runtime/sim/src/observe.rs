@@ -1,5 +1,7 @@
 //! What the policy sees: observations, their noise and their delay.
 
+mod lanes;
+
 use mpgx_lang::plan::{self, Binder, GroupId, IndexSet};
 use mpgx_random::Purpose;
 

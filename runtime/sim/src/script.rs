@@ -1,5 +1,7 @@
 //! Scripted agents: the motions of the Plan, compiled.
 
+mod lanes;
+
 use mpgx_lang::plan::{Motion, MotionOutput};
 use mpgx_random::Purpose;
 
@@ -8,6 +10,7 @@ use crate::error::Flaw;
 use crate::maths::{Vec2, clamp_axes};
 use crate::program::{Compiler, Draws, Layout, Program, Scene, Scope, Vector};
 use crate::task::Task;
+pub(crate) use lanes::move_scripted_lanes;
 
 /// What moves one scripted agent.
 #[derive(Clone, Debug)]

@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 use mpgx_lang::plan::Place;
 use mpgx_random::Purpose;
 
+mod lanes;
 mod stop;
 
 use crate::episode::{Episode, EpisodeKey};
@@ -24,7 +25,7 @@ pub enum Mode {
 }
 
 /// What a step gave.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Step {
     /// Sum of the terms, less the costs of the ends that hold; if members are rewarded for themselves, the mean.
     pub reward: f64,

@@ -10,6 +10,7 @@ use mpgx_lang::plan::{BinaryOp, Expr, Measure, Quantity, UnaryOp, VarId, WorldCo
 
 use super::{Agents, Number, Program, Scene, Truth, Vector};
 use crate::error::Flaw;
+use crate::lanes::{Comparison, lift};
 use crate::maths;
 pub(crate) use layout::Layout;
 
@@ -193,21 +194,21 @@ impl<'a> Compiler<'a> {
     }
 
     fn binary(&mut self, op: BinaryOp, a: &Expr, b: &Expr) -> Result<Program, Flaw> {
-        let comparison: fn(&f64, &f64) -> bool = match op {
+        let comparison: Comparison = match op {
             BinaryOp::And => {
                 return Ok(Program::Truth(Truth::And(Box::new([self.truth(a)?, self.truth(b)?]))));
             }
             BinaryOp::Or => return Ok(Program::Truth(Truth::Or(Box::new([self.truth(a)?, self.truth(b)?])))),
-            BinaryOp::Pow => return self.function2(maths::power, a, b),
+            BinaryOp::Pow => return self.function2(lift!(map2, maths::power, a, b), a, b),
             BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul | BinaryOp::Div => {
                 return self.arithmetic(op, a, b);
             }
-            BinaryOp::Less => f64::lt,
-            BinaryOp::LessEq => f64::le,
-            BinaryOp::Greater => f64::gt,
-            BinaryOp::GreaterEq => f64::ge,
-            BinaryOp::Equal => f64::eq,
-            BinaryOp::NotEqual => f64::ne,
+            BinaryOp::Less => lift!(compare, f64::lt, a, b),
+            BinaryOp::LessEq => lift!(compare, f64::le, a, b),
+            BinaryOp::Greater => lift!(compare, f64::gt, a, b),
+            BinaryOp::GreaterEq => lift!(compare, f64::ge, a, b),
+            BinaryOp::Equal => lift!(compare, f64::eq, a, b),
+            BinaryOp::NotEqual => lift!(compare, f64::ne, a, b),
         };
         Ok(Program::Truth(Truth::Compare(comparison, Box::new([self.number(a)?, self.number(b)?]))))
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Number, Scene, Truth, Who};
-use crate::maths;
+use crate::maths::{self, Vec2};
 
 /// What index variables run over.
 #[derive(Clone, Debug)]
@@ -76,7 +76,8 @@ impl Each {
                 let to = scene.agent(*to);
                 let mut last = (f64::NEG_INFINITY, 0);
                 for _ in 0..*count {
-                    let Some(next) = self.next_nearest(scene, to, last) else { return };
+                    let place = |agent: usize| scene.agents.position[agent];
+                    let Some(next) = self.next_nearest(place, to, last) else { return };
                     scene.variables[variable] = self.members[next.1];
                     last = next;
                     if !go_on(scene) {
@@ -88,11 +89,15 @@ impl Each {
     }
 
     /// The member that follows `last` (its distance and its place in the list) in the order of distance.
-    fn next_nearest(&self, scene: &Scene, to: usize, last: (f64, usize)) -> Option<(f64, usize)> {
-        let position = &scene.agents.position;
+    pub(super) fn next_nearest(
+        &self,
+        place: impl Fn(usize) -> Vec2,
+        to: usize,
+        last: (f64, usize),
+    ) -> Option<(f64, usize)> {
         let mut next: Option<(f64, usize)> = None;
         for (k, &member) in self.members.iter().enumerate() {
-            let away = maths::distance(position[member], position[to]);
+            let away = maths::distance(place(member), place(to));
             let later = away > last.0 || away == last.0 && k > last.1;
             if member != to && later && next.is_none_or(|(least, _)| away < least) {
                 next = Some((away, k));

@@ -6,6 +6,7 @@
 mod compile;
 mod draw;
 mod each;
+mod lanes;
 #[cfg(test)]
 mod naive;
 mod scene;
@@ -13,6 +14,7 @@ mod scene;
 pub(crate) use compile::{Compiler, Layout, Scope, Varies};
 pub(crate) use draw::Draws;
 pub(crate) use each::Each;
+pub(crate) use lanes::{Crowd, ManyDraws, Scenes, clearance as clearance_lanes};
 pub(crate) use scene::{Agents, Constraint, Formation, Model, Scene, Track, clearance};
 
 use std::sync::Arc;
@@ -20,6 +22,7 @@ use std::sync::Arc;
 use draw::Draw;
 use each::Fold;
 
+use crate::lanes::{Comparison, Function1, Function2, OfVector, OfVectors};
 use crate::maths::{self, Vec2};
 
 /// Index variables inside each other.
@@ -46,11 +49,11 @@ pub(crate) enum Number {
     Subtract(Box<[Number; 2]>),
     Multiply(Box<[Number; 2]>),
     Divide(Box<[Number; 2]>),
-    Function1(fn(f64) -> f64, Box<Number>),
-    Function2(fn(f64, f64) -> f64, Box<[Number; 2]>),
+    Function1(Function1, Box<Number>),
+    Function2(Function2, Box<[Number; 2]>),
     Clamp(Box<[Number; 3]>),
-    OfVector(fn(Vec2) -> f64, Box<Vector>),
-    OfVectors(fn(Vec2, Vec2) -> f64, Box<[Vector; 2]>),
+    OfVector(OfVector, Box<Vector>),
+    OfVectors(OfVectors, Box<[Vector; 2]>),
     If(Box<(Truth, Number, Number)>),
     Fold(Fold, Box<Each>, Box<Number>),
     Count(Box<Each>, Box<Truth>),
@@ -103,7 +106,7 @@ pub(crate) enum Truth {
     Not(Box<Truth>),
     And(Box<[Truth; 2]>),
     Or(Box<[Truth; 2]>),
-    Compare(fn(&f64, &f64) -> bool, Box<[Number; 2]>),
+    Compare(Comparison, Box<[Number; 2]>),
     If(Box<(Truth, Truth, Truth)>),
     Any(Box<Each>, Box<Truth>),
     All(Box<Each>, Box<Truth>),
@@ -147,11 +150,11 @@ impl Number {
             Number::Subtract(of) => of[0].eval(scene) - of[1].eval(scene),
             Number::Multiply(of) => of[0].eval(scene) * of[1].eval(scene),
             Number::Divide(of) => of[0].eval(scene) / of[1].eval(scene),
-            Number::Function1(function, x) => function(x.eval(scene)),
-            Number::Function2(function, of) => function(of[0].eval(scene), of[1].eval(scene)),
+            Number::Function1(function, x) => (function.one)(x.eval(scene)),
+            Number::Function2(function, of) => (function.one)(of[0].eval(scene), of[1].eval(scene)),
             Number::Clamp(of) => maths::clamp(of[0].eval(scene), of[1].eval(scene), of[2].eval(scene)),
-            Number::OfVector(function, v) => function(v.eval(scene)),
-            Number::OfVectors(function, of) => function(of[0].eval(scene), of[1].eval(scene)),
+            Number::OfVector(function, v) => (function.one)(v.eval(scene)),
+            Number::OfVectors(function, of) => (function.one)(of[0].eval(scene), of[1].eval(scene)),
             Number::If(of) => if of.0.eval(scene) { &of.1 } else { &of.2 }.eval(scene),
             Number::Fold(fold, each, body) => fold.eval(each, body, scene),
             Number::Count(each, body) => {
@@ -215,7 +218,7 @@ impl Truth {
             Truth::Not(truth) => !truth.eval(scene),
             Truth::And(of) => of[0].eval(scene) && of[1].eval(scene),
             Truth::Or(of) => of[0].eval(scene) || of[1].eval(scene),
-            Truth::Compare(compare, of) => compare(&of[0].eval(scene), &of[1].eval(scene)),
+            Truth::Compare(compare, of) => (compare.one)(&of[0].eval(scene), &of[1].eval(scene)),
             Truth::If(of) => if of.0.eval(scene) { &of.1 } else { &of.2 }.eval(scene),
             Truth::Any(each, body) => {
                 let mut any = false;

@@ -1,6 +1,7 @@
 //! The reward machine against an interpreter that walks the Plan itself.
 
 mod author;
+mod lanes;
 
 use std::collections::BTreeMap;
 
@@ -346,15 +347,11 @@ impl Naive<'_> {
 }
 
 fn stream(seed: u64, part: u16) -> Draws {
-    Draws::new(Address {
-        master: seed,
-        purpose: Purpose::Motion,
-        protocol: 0,
-        part,
-        seed: 0,
-        episode: 0,
-        step: 0,
-    })
+    Draws::new(address(seed, part))
+}
+
+fn address(master: u64, part: u16) -> Address {
+    Address { master, purpose: Purpose::Motion, protocol: 0, part, seed: 0, episode: 0, step: 0 }
 }
 
 /// Agents at random places, some on top of each other.

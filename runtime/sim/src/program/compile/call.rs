@@ -4,6 +4,7 @@ use mpgx_lang::plan::{Distribution, Expr, Function};
 
 use super::{Compiler, Varies};
 use crate::error::Flaw;
+use crate::lanes::{Function1, Function2, OfVectors, lift};
 use crate::maths;
 use crate::program::draw::{Distribution as Law, Draw, MOST_DRAWS};
 use crate::program::{Number, Program, Vector};
@@ -20,16 +21,19 @@ impl Compiler<'_> {
                 let [v] = arguments else { return Err(arity(1)) };
                 let v = Box::new(self.vector(v)?);
                 Ok(match function {
-                    Function::Norm => Program::Number(Number::OfVector(maths::norm, v)),
-                    Function::X => Program::Number(Number::OfVector(|v| v[0], v)),
-                    Function::Y => Program::Number(Number::OfVector(|v| v[1], v)),
+                    Function::Norm => Program::Number(Number::OfVector(lift!(map_vector, maths::norm, v), v)),
+                    Function::X => Program::Number(Number::OfVector(lift!(map_vector, maths::x, v), v)),
+                    Function::Y => Program::Number(Number::OfVector(lift!(map_vector, maths::y, v), v)),
                     _ => Program::Vector(Vector::Unit(v)),
                 })
             }
             Function::Dot | Function::Cross => {
                 let [a, b] = arguments else { return Err(arity(2)) };
                 let operands = Box::new([self.vector(a)?, self.vector(b)?]);
-                let formula = if function == Function::Dot { maths::dot } else { maths::cross };
+                let formula: OfVectors = match function {
+                    Function::Dot => lift!(map_vectors, maths::dot, a, b),
+                    _ => lift!(map_vectors, maths::cross, a, b),
+                };
                 Ok(Program::Number(Number::OfVectors(formula, operands)))
             }
             Function::Rotate => {
@@ -38,11 +42,11 @@ impl Compiler<'_> {
             }
             Function::Atan2 | Function::Mod | Function::Min | Function::Max => {
                 let [a, b] = arguments else { return Err(arity(2)) };
-                let formula = match function {
-                    Function::Atan2 => libm::atan2,
-                    Function::Mod => maths::modulo,
-                    Function::Min => maths::lesser,
-                    _ => maths::greater,
+                let formula: Function2 = match function {
+                    Function::Atan2 => lift!(map2, libm::atan2, a, b),
+                    Function::Mod => lift!(map2, maths::modulo, a, b),
+                    Function::Min => lift!(map2, maths::lesser, a, b),
+                    _ => lift!(map2, maths::greater, a, b),
                 };
                 self.function2(formula, a, b)
             }
@@ -62,17 +66,17 @@ impl Compiler<'_> {
             | Function::Floor
             | Function::Sign => {
                 let [x] = arguments else { return Err(arity(1)) };
-                let formula: fn(f64) -> f64 = match function {
-                    Function::Abs => f64::abs,
-                    Function::Sqrt => f64::sqrt,
-                    Function::Sin => libm::sin,
-                    Function::Cos => libm::cos,
-                    Function::Tan => libm::tan,
-                    Function::Exp => libm::exp,
-                    Function::Ln => libm::log,
-                    Function::Tanh => libm::tanh,
-                    Function::Floor => f64::floor,
-                    _ => maths::sign,
+                let formula: Function1 = match function {
+                    Function::Abs => lift!(map, f64::abs, x),
+                    Function::Sqrt => lift!(map, f64::sqrt, x),
+                    Function::Sin => lift!(map, libm::sin, x),
+                    Function::Cos => lift!(map, libm::cos, x),
+                    Function::Tan => lift!(map, libm::tan, x),
+                    Function::Exp => lift!(map, libm::exp, x),
+                    Function::Ln => lift!(map, libm::log, x),
+                    Function::Tanh => lift!(map, libm::tanh, x),
+                    Function::Floor => lift!(map, f64::floor, x),
+                    _ => lift!(map, maths::sign, x),
                 };
                 Ok(Program::Number(Number::Function1(formula, Box::new(self.number(x)?))))
             }
@@ -81,7 +85,7 @@ impl Compiler<'_> {
 
     pub(super) fn function2(
         &mut self,
-        formula: fn(f64, f64) -> f64,
+        formula: Function2,
         a: &Expr,
         b: &Expr,
     ) -> Result<Program, Flaw> {
