@@ -230,7 +230,9 @@ mod tests {
     #[test]
     fn sines_have_the_bits_of_libm_at_the_edges() {
         let tiny = 2f64.powi(-27) * 2f64.sqrt();
-        for x in [0.0, 5e-324, 1e-310, 1e-30, 1e-9, tiny, tiny.next_down(), SMALL, SMALL.next_down(), 0.786, 9.0] {
+        for x in
+            [0.0, 5e-324, 1e-310, 1e-30, 1e-9, tiny, tiny.next_down(), SMALL, SMALL.next_down(), 0.786, 9.0]
+        {
             assert_like_libm(x);
             assert_like_libm(-x);
         }

@@ -17,7 +17,7 @@ const STEPS: usize = 60;
 fn plans() -> Vec<(PathBuf, Plan)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let mut files = Vec::new();
-    for folder in ["scenarios", "tests/golden/plan", "runtime/cli/tests", "runtime/sim/tests"] {
+    for folder in ["scenarios", "tests/golden/plan", "runtime/sim/tests"] {
         let entries = std::fs::read_dir(root.join(folder)).unwrap();
         files.extend(entries.map(|entry| entry.unwrap().path()));
     }
@@ -66,7 +66,15 @@ fn compare(name: &str, task: &Task, mode: Mode) {
     for (number, episode) in alone.iter_mut().enumerate() {
         task.reset(episode, key(number)).unwrap();
     }
-    let here = Address { master: 9, purpose: Purpose::Exploration, protocol: 0, part: 0, seed: 0, episode: 0, step: 0 };
+    let here = Address {
+        master: 9,
+        purpose: Purpose::Exploration,
+        protocol: 0,
+        part: 0,
+        seed: 0,
+        episode: 0,
+        step: 0,
+    };
     let mut noise = here.stream();
     let mut copy = task.episode();
     let mut states = vec![0.0; COUNT * task.shared().unwrap_or(1) * task.state_len()];

@@ -10,8 +10,8 @@ use super::draw::{Distribution, Draw, MOST_DRAWS};
 use super::each::{Each, Fold, Over};
 use super::{Constraint, MOST_VARIABLES, Model, Number, Program, Truth, Vector, Who, element};
 use crate::lanes::{
-    EVERYBODY, LANES, Lanes, Mask, NOBODY, Plane, ZEROS, and, at, by_axis, by_number, each, map, map2,
-    map_vector, map_vectors, not, or, select, select_plane, some,
+    EVERYBODY, LANES, Lanes, Mask, NOBODY, Plane, ZEROS, and, at, by_axis, by_number, each, map, map_vector,
+    map_vectors, map2, not, or, select, select_plane, some,
 };
 use crate::maths;
 use crate::outline::Outline;
@@ -283,9 +283,7 @@ impl Number {
                 scene.for_each(of.edge, rest)[0]
             }
             Number::Clearance(of) => scene.clearance(of[0], of[1]),
-            Number::Ordinal(who) => {
-                std::array::from_fn(|lane| scene.model.numbers[scene.agent(*who, lane)])
-            }
+            Number::Ordinal(who) => std::array::from_fn(|lane| scene.model.numbers[scene.agent(*who, lane)]),
             Number::Element(of) => {
                 elements(scene, &of.0, &of.1, |entry, scene| [entry.eval_lanes(scene), ZEROS])[0]
             }
@@ -355,12 +353,8 @@ impl Vector {
             }
             Vector::Pair(of) => [of[0].eval_lanes(scene), of[1].eval_lanes(scene)],
             Vector::Negate(v) => v.eval_lanes(scene).map(|axis| map(&axis, |x| -x)),
-            Vector::Add(of) => {
-                by_axis(&of[0].eval_lanes(scene), &of[1].eval_lanes(scene), |a, b| a + b)
-            }
-            Vector::Subtract(of) => {
-                by_axis(&of[0].eval_lanes(scene), &of[1].eval_lanes(scene), |a, b| a - b)
-            }
+            Vector::Add(of) => by_axis(&of[0].eval_lanes(scene), &of[1].eval_lanes(scene), |a, b| a + b),
+            Vector::Subtract(of) => by_axis(&of[0].eval_lanes(scene), &of[1].eval_lanes(scene), |a, b| a - b),
             Vector::Scale(of) => {
                 let factor = of.0.eval_lanes(scene);
                 by_number(&of.1.eval_lanes(scene), &factor, |x, factor| x * factor)
@@ -368,9 +362,7 @@ impl Vector {
             Vector::ScaleBy(of) => {
                 by_number(&of.0.eval_lanes(scene), &of.1.eval_lanes(scene), |x, factor| x * factor)
             }
-            Vector::Divide(of) => {
-                by_number(&of.0.eval_lanes(scene), &of.1.eval_lanes(scene), |x, by| x / by)
-            }
+            Vector::Divide(of) => by_number(&of.0.eval_lanes(scene), &of.1.eval_lanes(scene), |x, by| x / by),
             Vector::Rotate(of) => rotated(&of.0.eval_lanes(scene), &of.1.eval_lanes(scene)),
             Vector::Unit(v) => each(&v.eval_lanes(scene), |_, v| maths::unit(v)),
             Vector::If(of) => branches(scene, &of.0, [&of.1, &of.2], Vector::eval_lanes),
@@ -409,9 +401,7 @@ impl Truth {
                 }
                 or(a, scene.only(open, |scene| of[1].eval_lanes(scene)))
             }
-            Truth::Compare(compare, of) => {
-                (compare.many)(&of[0].eval_lanes(scene), &of[1].eval_lanes(scene))
-            }
+            Truth::Compare(compare, of) => (compare.many)(&of[0].eval_lanes(scene), &of[1].eval_lanes(scene)),
             Truth::If(of) => {
                 let number = |truth: &Truth, scene: &mut Scenes| {
                     [truth.eval_lanes(scene).map(|truth| f64::from(u8::from(truth))), ZEROS]

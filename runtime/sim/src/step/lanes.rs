@@ -3,7 +3,7 @@
 use super::{Mode, Step};
 use crate::batch::{Scratch, Tile};
 use crate::lanes::{
-    EVERYBODY, LANES, Lanes, Mask, NOBODY, Plane, ZEROS, and, at, by_axis, map, map2, map_vectors, put,
+    EVERYBODY, LANES, Lanes, Mask, NOBODY, Plane, ZEROS, and, at, by_axis, map, map_vectors, map2, put,
     select, select_plane, some,
 };
 use crate::maths::{clamp, distance};

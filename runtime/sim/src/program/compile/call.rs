@@ -83,12 +83,7 @@ impl Compiler<'_> {
         }
     }
 
-    pub(super) fn function2(
-        &mut self,
-        formula: Function2,
-        a: &Expr,
-        b: &Expr,
-    ) -> Result<Program, Flaw> {
+    pub(super) fn function2(&mut self, formula: Function2, a: &Expr, b: &Expr) -> Result<Program, Flaw> {
         let operands = Box::new([self.number(a)?, self.number(b)?]);
         Ok(Program::Number(Number::Function2(formula, operands)))
     }
