@@ -1,4 +1,4 @@
-//! Steps of the simulator on one core, by processor time: `cargo bench -p mpgx-sim --bench step [ENVIRONMENTS ...]`.
+//! Steps of the simulator on one core, by processor time: `cargo bench -p mpgx-sim --bench step [-- COUNT ...]`.
 //!
 //! One environment runs by itself, several run as a batch. Observation and reset are included, the actions are
 //! the same in each step. The best and the median of several rounds of whole episodes.

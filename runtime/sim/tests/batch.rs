@@ -25,7 +25,7 @@ fn plans() -> Vec<(PathBuf, Plan)> {
     files.sort();
     let plan = |file: PathBuf| {
         let text = std::fs::read_to_string(&file).unwrap();
-        let compiled = mpgx_lang::compile("test.scn", text.into(), &[], &NoFiles);
+        let compiled = mpgx_lang::compile("test.scn", text, &[], &NoFiles);
         let problems = || render(&compiled.problems, &compiled.sources, Style::Plain);
         match compiled.plan {
             Some(plan) => (file, plan),

@@ -1,7 +1,7 @@
 //! Bodies of environments side by side.
 
 use super::{Body, Kinematics, Pose, Unicycle};
-use crate::lanes::{LANES, Lanes, Plane, at, by_axis, each, map, map2, put, sincos, wrapped};
+use crate::lanes::{Lanes, Plane, at, by_axis, each, map, map2, put, sincos, wrapped};
 use crate::maths::clamp;
 
 impl Body {
@@ -19,11 +19,11 @@ impl Body {
             Kinematics::Point => *position = by_axis(position, command, |p, v| p + v * dt_s),
             Kinematics::Unicycle(unicycle) => unicycle.move_lanes(position, heading, command),
             Kinematics::Holonomic { .. } => {
-                for lane in 0..LANES {
-                    let pose = Pose { position: at(position, lane), heading: heading[lane] };
+                for (lane, heading) in heading.iter_mut().enumerate() {
+                    let pose = Pose { position: at(position, lane), heading: *heading };
                     let pose = self.moved(pose, at(command, lane), dt_s);
                     put(position, lane, pose.position);
-                    heading[lane] = pose.heading;
+                    *heading = pose.heading;
                 }
             }
         }
