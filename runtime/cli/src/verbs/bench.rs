@@ -25,6 +25,9 @@ pub struct Args {
     /// Length of the action
     #[arg(long, default_value_t = 2, value_name = "N")]
     action: usize,
+    /// Environments that step side by side
+    #[arg(long, value_delimiter = ',', default_value = "1,32,4096", value_name = "N,…")]
+    environments: Vec<usize>,
     /// Algorithms
     #[arg(long, value_delimiter = ',', default_value = "mpg", value_name = "NAME,…")]
     algorithms: Vec<String>,
@@ -58,6 +61,9 @@ enum Part {
 pub fn run(args: Args) -> Result<Exit, Failure> {
     let wants = |part| args.parts.is_empty() || args.parts.contains(&part);
     let windows = Windows { count: args.windows, seconds: args.seconds };
+    if args.environments.iter().any(|count| !(1..=1 << 20).contains(count)) {
+        return Err(Failure::new(Exit::BadInput, "1 to 1048576 environments step side by side"));
+    }
     let mut out = Printer { json: args.json, parts: Vec::new() };
     let learns = [Part::Kernels, Part::Learners, Part::Cores, Part::Training].into_iter().any(wants);
     for &batch in args.batch.iter().filter(|_| learns) {
@@ -80,7 +86,7 @@ pub fn run(args: Args) -> Result<Exit, Failure> {
         }
     }
     if wants(Part::Environment) {
-        out.part("environment", environment::figures(windows));
+        out.part("environment", environment::figures(windows, &args.environments));
     }
     if wants(Part::Compiler) {
         out.part("compiler", compiler::figures(windows));
@@ -113,7 +119,7 @@ impl Printer {
             } else {
                 let share =
                     share.map_or(String::new(), |share| format!("{:5.0} % of the roofline", 100.0 * share));
-                println!("{part:<12} {what:<48} {:>10} {unit:<10}{share}", digits(value));
+                println!("{part:<12} {what:<48} {:>10} {unit:<10} {share}", digits(value));
             }
         }
     }
