@@ -3,7 +3,7 @@
 use crate::adam::Adam;
 use crate::algorithms::Algorithm;
 use crate::bytes::{Reader, Writer};
-use crate::config::DeltaKind;
+use crate::config::{CriticPair, DeltaKind, Polyak};
 use crate::error::LearnError;
 use crate::kernels::{Rows, Simd};
 use crate::network::{Activations, Gradients, Mlp};
@@ -53,6 +53,8 @@ fn join(state: &[f32], action: &[f32], out: &mut [f32]) {
 pub(crate) struct Rule {
     pub(crate) algorithm: Algorithm,
     pub(crate) delta_kind: DeltaKind,
+    pub(crate) critic_pair: CriticPair,
+    pub(crate) polyak: Polyak,
     /// Step sizes now.
     pub(crate) actor_rate: f64,
     pub(crate) critic_rate: f64,
@@ -147,6 +149,9 @@ impl ActorCritic {
         self.critics(batch, rule, &mut seen);
         if rule.delayed {
             seen.actor = Some(self.actor(batch, rule));
+            if rule.polyak == Polyak::Online {
+                self.pull_critics_back(rule.tau as f32);
+            }
         }
         seen
     }
@@ -205,14 +210,19 @@ impl ActorCritic {
         }
     }
 
-    /// One step of Adam each on mean (Q_j(s, u) − y)², y = r + γ · value, and Q̂_j ← τ Q_j + (1 − τ) Q̂_j if
-    /// it is time.
+    /// One step of Adam each on mean (Q_j − y)², y = r + γ · value, at (s, u) or (s′, u′), and
+    /// Q̂_j ← τ Q_j + (1 − τ) Q̂_j if it is time.
     fn critics(&mut self, batch: &Batch, rule: &Rule, seen: &mut Seen) {
-        let Work { critic_h: h, critic_d: d, value, .. } = &mut self.work;
+        let Work { critic_h: h, critic_d: d, state_action, value, .. } = &mut self.work;
         let rows = batch.reward.len();
+        let input = match rule.critic_pair {
+            CriticPair::Taken => &batch.state_action,
+            CriticPair::Next => &*state_action,
+        };
+        let moves_targets = rule.delayed && rule.polyak == Polyak::Target;
         for j in 0..2 {
             let critic = &mut self.critics[j];
-            critic.forward(self.simd, &batch.state_action, h);
+            critic.forward(self.simd, input, h);
             for (row, value) in value.iter().enumerate() {
                 let q = h.output().row(row)[0];
                 let y = batch.reward[row] + batch.discount[row] * value;
@@ -222,8 +232,8 @@ impl ActorCritic {
             }
             let adam = &mut self.critic_adams[j];
             let step = adam.advance(rule.critic_rate, rule.tau);
-            let target = rule.delayed.then_some(&mut self.targets[j]);
-            critic.descend(self.simd, (&batch.state_action, h), d, (adam, &step), target);
+            let target = moves_targets.then_some(&mut self.targets[j]);
+            critic.descend(self.simd, (input, h), d, (adam, &step), target);
         }
     }
 
@@ -259,6 +269,17 @@ impl ActorCritic {
         let adam = (&mut self.actor_adam, &step);
         self.actor.descend(self.simd, (&batch.state, actor_h), actor_d, adam, self.target_actor.as_mut());
         seen
+    }
+
+    /// Q_j ← τ Q_j + (1 − τ) Q̂_j.
+    fn pull_critics_back(&mut self, tau: f32) {
+        for (critic, target) in self.critics.iter_mut().zip(&self.targets) {
+            for (layer, target) in critic.layers_mut().iter_mut().zip(target.layers()) {
+                for (w, target) in layer.rows_mut().flatten().zip(target.rows().flatten()) {
+                    *w = target + tau * (*w - target);
+                }
+            }
+        }
     }
 }
 

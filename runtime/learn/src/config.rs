@@ -17,15 +17,19 @@ pub const SETTINGS: &[&str] = &[
     "batch",
     "hidden",
     "replay",
+    "warm_up",
     "tau",
+    "polyak",
     "inner",
     "delay",
     "delay_counter",
     "inner_batch",
+    "critic_pair",
     "train_noise",
     "train_clip",
     "explore_noise",
     "explore_min",
+    "explore_bound",
     "explore_decay",
     "explore_every",
     "noise_reading",
@@ -59,6 +63,32 @@ pub enum Decay {
     Step,
 }
 
+/// How the shrinking exploration noise and its bound `explore_min` go together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bound {
+    /// v ← max(λ v, v_min)
+    Max,
+    /// v ← min(λ v, v_min), as the paper prints.
+    Min,
+}
+
+/// At which states and actions the critics meet their targets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CriticPair {
+    /// (s, u): where the transition began.
+    Taken,
+    /// (s′, u′): where the target was taken, as the paper prints.
+    Next,
+}
+
+/// Which critics τ Q + (1 − τ) Q̂ is written into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Polyak {
+    Target,
+    /// As the paper prints.
+    Online,
+}
+
 /// What the noise settings give.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoiseReading {
@@ -89,15 +119,19 @@ pub struct Config {
     pub batch: usize,
     pub hidden: Vec<usize>,
     pub replay: usize,
+    pub warm_up: u64,
     pub tau: Varying,
+    pub polyak: Polyak,
     pub inner: u64,
     pub delay: u64,
     pub delay_counter: Count,
     pub inner_batch: InnerBatch,
+    pub critic_pair: CriticPair,
     pub train_noise: Varying,
     pub train_clip: f64,
     pub explore_noise: Varying,
     pub explore_min: f64,
+    pub explore_bound: Bound,
     pub explore_decay: f64,
     pub explore_every: Decay,
     pub noise_reading: NoiseReading,
@@ -128,16 +162,21 @@ impl Config {
             batch: read.count("batch", 65536.0)? as usize,
             hidden: read.sizes("hidden")?,
             replay: read.count("replay", 1e8)? as usize,
+            warm_up: read.whole("warm_up", 0.0, 1e9)?,
             tau: read.varying("tau", 1.0)?,
+            polyak: read.word("polyak", &[("target", Polyak::Target), ("online", Polyak::Online)])?,
             inner: read.count("inner", 1000.0)?,
             delay: read.count("delay", 1000.0)?,
             delay_counter: read.word("delay_counter", &[("run", Count::Run), ("step", Count::Step)])?,
             inner_batch: read
                 .word("inner_batch", &[("fresh", InnerBatch::Fresh), ("shared", InnerBatch::Shared)])?,
+            critic_pair: read
+                .word("critic_pair", &[("taken", CriticPair::Taken), ("next", CriticPair::Next)])?,
             train_noise: read.varying("train_noise", 100.0)?,
             train_clip: read.number("train_clip", 1e9)?,
             explore_noise: read.varying("explore_noise", 100.0)?,
             explore_min: read.number("explore_min", 100.0)?,
+            explore_bound: read.word("explore_bound", &[("max", Bound::Max), ("min", Bound::Min)])?,
             explore_decay: read.number("explore_decay", 1.0)?,
             explore_every: read
                 .word("explore_every", &[("episode", Decay::Episode), ("step", Decay::Step)])?,
@@ -202,11 +241,16 @@ impl Settings<'_> {
 
     /// A whole number in 1..=high.
     fn count(&self, setting: &'static str, high: f64) -> Result<u64, LearnError> {
+        self.whole(setting, 1.0, high)
+    }
+
+    /// A whole number in low..=high.
+    fn whole(&self, setting: &'static str, low: f64, high: f64) -> Result<u64, LearnError> {
         match self.get(setting)? {
-            Setting::Number(value) if (1.0..=high).contains(value) && value.fract() == 0.0 => {
+            Setting::Number(value) if (low..=high).contains(value) && value.fract() == 0.0 => {
                 Ok(*value as u64)
             }
-            found => Err(wrong(setting, format!("a whole number in 1 .. {high}"), found)),
+            found => Err(wrong(setting, format!("a whole number in {low} .. {high}"), found)),
         }
     }
 

@@ -95,7 +95,7 @@ impl Learner {
     }
 
     /// u = clip(π(s) + N(0, v), −1, 1) for one state, or for several that are acted on in one step of the world,
-    /// `[rows][state]` to `[rows][action]`, each with its own noise.
+    /// `[rows][state]` to `[rows][action]`, each with its own noise. Uniform in [−1, 1] during the warm-up.
     ///
     /// # Panics
     ///
@@ -103,14 +103,20 @@ impl Learner {
     pub fn explore(&mut self, states: &[f32], actions: &mut [f32]) {
         self.act(states, actions);
         let deviation = self.exploration.deviation(&self.config, self.progress);
+        let warming_up = self.explored < self.config.warm_up;
         for action in actions.chunks_exact_mut(self.replay.action_len()) {
             let mut stream = self.randomness.stream(Purpose::Exploration, 0, self.explored);
             for u in action {
-                *u = (*u + deviation * stream.normal() as f32).clamp(-1.0, 1.0);
+                *u = match warming_up {
+                    true => (2.0 * stream.uniform() - 1.0) as f32,
+                    false => (*u + deviation * stream.normal() as f32).clamp(-1.0, 1.0),
+                };
             }
             self.explored += 1;
         }
-        self.health.explored(deviation);
+        if !warming_up {
+            self.health.explored(deviation);
+        }
         self.exploration.decay(Decay::Step, &self.config);
     }
 
@@ -207,6 +213,8 @@ impl Learner {
         let rule = Rule {
             algorithm: config.algorithm,
             delta_kind: config.delta_kind,
+            critic_pair: config.critic_pair,
+            polyak: config.polyak,
             actor_rate: self.rate(config.actor_rate),
             critic_rate: self.rate(config.critic_rate),
             tau: config.tau.at(self.progress),

@@ -21,7 +21,9 @@ mod replay;
 mod varying;
 
 pub use algorithms::{ALGORITHMS, Algorithm};
-pub use config::{Config, Count, Decay, DeltaKind, InnerBatch, NoiseReading, SETTINGS};
+pub use config::{
+    Bound, Config, Count, CriticPair, Decay, DeltaKind, InnerBatch, NoiseReading, Polyak, SETTINGS,
+};
 pub use error::LearnError;
 pub use kernels::{force_simd, simd_level};
 pub use learner::Learner;

@@ -2,7 +2,7 @@
 
 use mpgx_random::Stream;
 
-use crate::config::{Config, Decay, NoiseReading};
+use crate::config::{Bound, Config, Decay, NoiseReading};
 use crate::varying::Varying;
 
 /// The standard deviation that a noise setting means.
@@ -36,10 +36,14 @@ impl Exploration {
         Self { level }
     }
 
-    /// v ← max(λ v, v_min), if the time that has passed is the one that counts.
+    /// v ← max(λ v, v_min), or min, if the time that has passed is the one that counts.
     pub(crate) fn decay(&mut self, passed: Decay, config: &Config) {
         if passed == config.explore_every {
-            self.level = (config.explore_decay * self.level).max(config.explore_min);
+            let decayed = config.explore_decay * self.level;
+            self.level = match config.explore_bound {
+                Bound::Max => decayed.max(config.explore_min),
+                Bound::Min => decayed.min(config.explore_min),
+            };
         }
     }
 

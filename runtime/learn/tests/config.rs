@@ -47,7 +47,7 @@ fn unknown_names_are_errors() {
     let what = Extern { name: "dqn".to_owned(), ..settings("mpg", &[8], 4) };
     assert_eq!(
         Config::from_extern(&what).unwrap_err().to_string(),
-        "there is no algorithm `dqn`; there are mpg, td3"
+        "there is no algorithm `dqn`; there are mpg, td3, td3_original, mean, ddpg"
     );
 }
 

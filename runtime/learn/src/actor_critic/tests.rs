@@ -77,6 +77,8 @@ impl Fixture {
         Rule {
             algorithm: Algorithm::named(algorithm).unwrap(),
             delta_kind: DeltaKind::Element,
+            critic_pair: CriticPair::Taken,
+            polyak: Polyak::Target,
             actor_rate: self.actor_rate,
             critic_rate: self.critic_rate,
             tau: self.tau,

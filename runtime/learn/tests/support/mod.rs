@@ -15,6 +15,7 @@ pub fn settings(algorithm: &str, hidden: &[usize], batch: usize) -> Extern {
         ("rate_end", 1.0),
         ("batch", batch as f64),
         ("replay", 1e6),
+        ("warm_up", 0.0),
         ("tau", 0.005),
         ("inner", 1.0),
         ("delay", 2.0),
@@ -25,8 +26,11 @@ pub fn settings(algorithm: &str, hidden: &[usize], batch: usize) -> Extern {
         ("explore_decay", 0.99),
     ];
     let words = [
+        ("polyak", "target"),
         ("delay_counter", "run"),
         ("inner_batch", "fresh"),
+        ("critic_pair", "taken"),
+        ("explore_bound", "max"),
         ("explore_every", "episode"),
         ("noise_reading", "variance"),
         ("delta_kind", "element"),
