@@ -56,3 +56,25 @@ impl Exploration {
         deviation(level, config.noise_reading)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use mpgx_random::{Address, Purpose};
+
+    use super::*;
+
+    #[test]
+    fn target_noise_is_normal_up_to_its_clip() {
+        let purpose = Purpose::TargetNoise;
+        let address = Address { master: 0, purpose, protocol: 0, part: 0, seed: 0, episode: 0, step: 0 };
+        let (mut free, mut clipped) = ([0.0; 1000], [0.0; 1000]);
+        fill(&mut free, &mut address.stream(), 0.2, 1e9);
+        fill(&mut clipped, &mut address.stream(), 0.2, 0.3);
+        let deviation = (free.iter().map(|noise| noise * noise).sum::<f32>() / 1000.0).sqrt();
+        assert!((deviation - 0.2).abs() < 0.01, "{deviation}");
+        assert_eq!(clipped, free.map(|noise| noise.clamp(-0.3, 0.3)));
+        // P(|N(0, 0.2)| > 0.3) is 0.134.
+        let beyond = free.iter().filter(|noise| noise.abs() > 0.3).count();
+        assert!((100..170).contains(&beyond), "{beyond}");
+    }
+}

@@ -15,7 +15,6 @@ struct Fixture {
     actor_rate: f64,
     critic_rate: f64,
     tau: f64,
-    delay: usize,
     actor: Vec<f32>,
     critics: [Vec<f32>; 2],
     batches: Vec<FixtureBatch>,
@@ -34,6 +33,12 @@ struct FixtureBatch {
 
 #[derive(Deserialize)]
 struct Run {
+    algorithm: String,
+    delay: usize,
+    train_clip: f32,
+    delta_kind: String,
+    delta_reset: bool,
+    target_actor: bool,
     losses: Vec<Loss>,
     after: BTreeMap<usize, Networks>,
 }
@@ -47,6 +52,7 @@ struct Loss {
 #[derive(Deserialize)]
 struct Networks {
     actor: Vec<f64>,
+    target_actor: Option<Vec<f64>>,
     critics: [Vec<f64>; 2],
     targets: [Vec<f64>; 2],
 }
@@ -82,8 +88,14 @@ impl Fixture {
             actor_rate: self.actor_rate,
             critic_rate: self.critic_rate,
             tau: self.tau,
-            delayed: update.is_multiple_of(self.delay),
+            delayed: update.is_multiple_of(2),
         }
+    }
+
+    fn rule_of(&self, run: &Run, update: usize) -> Rule {
+        let delta_kind = if run.delta_kind == "mean" { DeltaKind::Mean } else { DeltaKind::Element };
+        let delayed = update.is_multiple_of(run.delay);
+        Rule { delta_kind, delayed, ..self.rule(&run.algorithm, update) }
     }
 
     /// A batch of any size out of the rows of all batches, from row `first` on.
@@ -126,30 +138,30 @@ fn assert_close(network: &Mlp, expected: &[f64], what: &str) {
 #[test]
 fn ten_updates_are_those_of_pytorch() {
     let fixture = Fixture::read();
-    for (algorithm, run) in &fixture.runs {
-        let mut networks = fixture.networks(Simd::best(), 16, false);
+    for (name, run) in &fixture.runs {
+        let mut networks = fixture.networks(Simd::best(), 16, run.target_actor);
         for (k, loss) in (1..).zip(&run.losses) {
-            let (batch, noise) = fixture.batch(16 * (k - 1), 16);
-            let seen = networks.update(&batch, &noise, &fixture.rule(algorithm, k));
+            let (batch, mut noise) = fixture.batch(16 * (k - 1), 16);
+            noise.iter_mut().for_each(|noise| *noise = noise.clamp(-run.train_clip, run.train_clip));
+            if run.delta_reset {
+                networks.delta_last.fill(0.0);
+            }
+            let seen = networks.update(&batch, &noise, &fixture.rule_of(run, k));
             let relative = (f64::from(seen.critic_loss) / loss.critic - 1.0).abs();
-            assert!(relative < 1e-4, "{algorithm}, critics' loss {k}: {relative}");
+            assert!(relative < 1e-4, "{name}, critics' loss {k}: {relative}");
             assert_eq!(seen.actor.is_some(), loss.actor.is_some());
             if let (Some(seen), Some(loss)) = (seen.actor, loss.actor) {
-                assert!((f64::from(seen.loss) - loss).abs() < 1e-4, "{algorithm}, actor's loss {k}");
+                assert!((f64::from(seen.loss) - loss).abs() < 1e-4, "{name}, actor's loss {k}");
             }
             let Some(after) = run.after.get(&k) else { continue };
-            assert_close(&networks.actor, &after.actor, &format!("{algorithm}, actor after {k}"));
+            assert_close(&networks.actor, &after.actor, &format!("{name}, actor after {k}"));
+            assert_eq!(networks.target_actor.is_some(), after.target_actor.is_some());
+            for (network, expected) in networks.target_actor.iter().zip(&after.target_actor) {
+                assert_close(network, expected, &format!("{name}, target actor after {k}"));
+            }
             for j in 0..2 {
-                assert_close(
-                    &networks.critics[j],
-                    &after.critics[j],
-                    &format!("{algorithm}, critic after {k}"),
-                );
-                assert_close(
-                    &networks.targets[j],
-                    &after.targets[j],
-                    &format!("{algorithm}, target after {k}"),
-                );
+                assert_close(&networks.critics[j], &after.critics[j], &format!("{name}, critic after {k}"));
+                assert_close(&networks.targets[j], &after.targets[j], &format!("{name}, target after {k}"));
             }
         }
     }
@@ -168,9 +180,7 @@ fn every_width_gives_the_same_bits() {
                     let (batch, noise) = fixture.batch(k * rows, rows);
                     networks.update(&batch, &noise, &fixture.rule("mpg", k))
                 });
-                let mut bytes = Vec::new();
-                networks.save(&mut Writer(&mut bytes));
-                (bytes, seen)
+                (bytes(&networks), seen)
             })
             .collect();
         assert!(results.windows(2).all(|pair| pair[0] == pair[1]), "{rows} rows");
@@ -208,6 +218,51 @@ fn the_target_actor_follows_the_actor() {
     networks.update(&batch, &noise, &fixture.rule("mpg", 2));
     let without = networks.update(&batch, &noise, &fixture.rule("mpg", 1));
     assert_ne!(with.gap, without.gap);
+}
+
+fn bytes(networks: &ActorCritic) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    networks.save(&mut Writer(&mut bytes));
+    bytes
+}
+
+/// As printed, lines 22 and 23 pull the online critics back to targets that never move.
+#[test]
+fn the_printed_polyak_pulls_the_critics_back() {
+    let fixture = Fixture::read();
+    let run = |polyak| {
+        let mut networks = fixture.networks(Simd::best(), 16, false);
+        let (batch, noise) = fixture.batch(0, 16);
+        networks.update(&batch, &noise, &Rule { polyak, ..fixture.rule("mpg", 2) });
+        networks
+    };
+    let (right, printed) = (run(Polyak::Target), run(Polyak::Online));
+    assert_eq!(flat(&printed.actor), flat(&right.actor), "the actor is earlier");
+    for j in 0..2 {
+        let before = &fixture.critics[j];
+        assert_eq!(&flat(&printed.targets[j]), before);
+        for ((printed, new), old) in flat(&printed.critics[j]).iter().zip(flat(&right.critics[j])).zip(before)
+        {
+            assert!((printed - (old + 0.05 * (new - old))).abs() < 1e-6, "{printed} {new} {old}");
+        }
+    }
+}
+
+/// As printed, line 17 trains the critics at (s′, u′): they never see an action that was taken.
+#[test]
+fn the_printed_critic_loss_never_sees_the_action_taken() {
+    let fixture = Fixture::read();
+    let run = |critic_pair, first: f32| {
+        let mut networks = fixture.networks(Simd::best(), 16, false);
+        let (mut batch, noise) = fixture.batch(0, 16);
+        for row in 0..16 {
+            batch.state_action.row_mut(row)[fixture.state] = first;
+        }
+        networks.update(&batch, &noise, &Rule { critic_pair, ..fixture.rule("mpg", 2) });
+        bytes(&networks)
+    };
+    assert!(run(CriticPair::Next, 0.9) == run(CriticPair::Next, -0.9));
+    assert!(run(CriticPair::Taken, 0.9) != run(CriticPair::Taken, -0.9));
 }
 
 /// One Δ_last an entry of the mini-batch, carried to the next update.
