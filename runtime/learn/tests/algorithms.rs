@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod support;
+#[allow(dead_code, reason = "other tests use the rest")]
 #[path = "support/task.rs"]
 mod task;
 
@@ -87,16 +88,12 @@ fn the_literal_listing_does_not() {
     }
 }
 
-/// Each slip of the listing that is fatal is so alone.
 #[test]
-fn a_slip_is_enough() {
-    let slips = [
-        Config { critic_pair: CriticPair::Next, ..config("mpg") },
-        Config { polyak: Polyak::Online, ..config("mpg") },
-        Config { explore_bound: Bound::Min, explore_every: Decay::Step, ..config("mpg") },
-    ];
-    for slip in slips {
+fn one_of_its_slips_is_enough() {
+    let critic_loss = Config { critic_pair: CriticPair::Next, ..config("mpg") };
+    let polyak = Config { polyak: Polyak::Online, ..config("mpg") };
+    for slip in [critic_loss, polyak] {
         let [_, after] = errors(&slip, 0);
-        eprintln!("{after} {:?} {:?} {:?}", slip.critic_pair, slip.polyak, slip.explore_bound);
+        assert!(after > 0.3, "{:?}, {:?}: {after}", slip.critic_pair, slip.polyak);
     }
 }
