@@ -1,4 +1,4 @@
-//! The learners: kernels, networks, replay, and the algorithms MPG and TD3.
+//! The learners: kernels, networks, replay, and the algorithms MPG, TD3, the mean of the twins and DDPG.
 //!
 //! A [`Learner`] is made from a [`Config`] and fed transitions; it gives actions, and at the end a
 //! [`Policy`]. Training is a function of the configuration, the seed and the transitions: the same bits for
