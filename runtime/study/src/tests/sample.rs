@@ -118,6 +118,7 @@ pub fn learner(name: &str, steps: f64) -> Method {
         ("rate_end", 0.1),
         ("batch", 3.0),
         ("replay", 20.0),
+        ("warm_up", 0.0),
         ("tau", 0.005),
         ("inner", 1.0),
         ("delay", 2.0),
@@ -128,8 +129,11 @@ pub fn learner(name: &str, steps: f64) -> Method {
         ("explore_decay", 0.9),
     ];
     let words = [
+        ("polyak", "target"),
         ("delay_counter", "run"),
         ("inner_batch", "fresh"),
+        ("critic_pair", "taken"),
+        ("explore_bound", "max"),
         ("explore_every", "episode"),
         ("noise_reading", "variance"),
         ("delta_kind", "element"),
