@@ -13,12 +13,12 @@ use crate::replay::Transition;
 /// A mini-batch: one row, one entry a transition.
 #[derive(Clone)]
 pub(crate) struct Batch {
-    state: Rows,
-    state_action: Rows,
-    next: Rows,
-    reward: Vec<f32>,
+    pub(crate) state: Rows,
+    pub(crate) state_action: Rows,
+    pub(crate) next: Rows,
+    pub(crate) reward: Vec<f32>,
     /// What the value of the next state is multiplied by: γ, or 0 where the episode is over.
-    discount: Vec<f32>,
+    pub(crate) discount: Vec<f32>,
 }
 
 impl Batch {
@@ -82,6 +82,16 @@ pub(crate) struct SeenActor {
     pub(crate) loss: f32,
     /// Share of action entries beyond ±0.99.
     pub(crate) saturation: f32,
+}
+
+impl Seen {
+    /// Notes the target critics' values and what was made of them. All slices: one entry a row.
+    pub(crate) fn values(&mut self, q_hat: [&[f32]; 2], value: &[f32]) {
+        for ((q_hat_1, q_hat_2), used) in q_hat[0].iter().zip(q_hat[1]).zip(value) {
+            self.gap += (q_hat_1 - q_hat_2).abs() / value.len() as f32;
+            self.delta_adj += (q_hat_1.max(*q_hat_2) - used) / value.len() as f32;
+        }
+    }
 }
 
 /// Two critics with their targets, an actor, perhaps with one, and the optimisers' state.
@@ -185,7 +195,6 @@ impl ActorCritic {
     /// u′ = clip(π(s′) + noise, −1, 1), then the values of the next states from Q̂₁(s′, u′) and Q̂₂(s′, u′).
     fn values(&mut self, batch: &Batch, noise: &[f32], rule: &Rule, seen: &mut Seen) {
         let Work { actor_h, critic_h, state_action, q_hat, value, .. } = &mut self.work;
-        let rows = batch.reward.len();
         let actor = self.target_actor.as_ref().unwrap_or(&self.actor);
         actor.forward(self.simd, &batch.next, actor_h);
         for (row, noise) in noise.chunks_exact(actor_h.output().features()).enumerate() {
@@ -204,10 +213,7 @@ impl ActorCritic {
         }
         let q_hat = [q_hat[0].as_slice(), &q_hat[1]];
         rule.algorithm.bootstrap(q_hat, &mut self.delta_last, rule.delta_kind, value);
-        for row in 0..rows {
-            seen.gap += (q_hat[0][row] - q_hat[1][row]).abs() / rows as f32;
-            seen.delta_adj += (q_hat[0][row].max(q_hat[1][row]) - value[row]) / rows as f32;
-        }
+        seen.values(q_hat, value);
     }
 
     /// One step of Adam each on mean (Q_j − y)², y = r + γ · value, at (s, u) or (s′, u′), and

@@ -37,6 +37,7 @@ pub const SETTINGS: &[&str] = &[
     "delta_kind",
     "target_actor",
     "terminal_mask",
+    "backend",
 ];
 
 /// Floats that the layers of one network and their outputs for one mini-batch may have (1 GiB).
@@ -103,6 +104,15 @@ pub enum DeltaKind {
     Mean,
 }
 
+/// What computes the updates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Backend {
+    /// Kernels of our own, with the same bits on every machine.
+    Native,
+    /// Automatic differentiation with dfdx.
+    Dfdx,
+}
+
 /// All settings of a learner; the declaration in `stdlib/learn.scn` tells what each means.
 ///
 /// A schedule says all of its setting: `rate_end` lowers plain step sizes only, and `explore_decay` and
@@ -139,6 +149,7 @@ pub struct Config {
     pub delta_kind: DeltaKind,
     pub target_actor: bool,
     pub terminal_mask: bool,
+    pub backend: Backend,
 }
 
 impl Config {
@@ -189,6 +200,7 @@ impl Config {
                 .word("delta_kind", &[("element", DeltaKind::Element), ("mean", DeltaKind::Mean)])?,
             target_actor: read.truth("target_actor")?,
             terminal_mask: read.truth("terminal_mask")?,
+            backend: read.word("backend", &[("native", Backend::Native), ("dfdx", Backend::Dfdx)])?,
         };
         config.check_room()?;
         Ok(config)

@@ -3,8 +3,9 @@
 use mpgx_random::{Address, Purpose, Stream};
 
 use crate::actor_critic::{ActorCritic, Batch, Rule, Seen};
+use crate::autodiff;
 use crate::bytes::{Reader, Writer};
-use crate::config::{Config, Count, Decay, InnerBatch};
+use crate::config::{Backend, Config, Count, Decay, InnerBatch};
 use crate::error::LearnError;
 use crate::health::Health;
 use crate::kernels::Simd;
@@ -220,7 +221,10 @@ impl Learner {
             tau: config.tau.at(self.progress),
             delayed: counted.is_multiple_of(config.delay),
         };
-        let seen = self.networks.update(&self.batch, &self.noise, &rule);
+        let seen = match config.backend {
+            Backend::Native => self.networks.update(&self.batch, &self.noise, &rule),
+            Backend::Dfdx => autodiff::update(&mut self.networks, &self.batch, &self.noise, &rule),
+        };
         self.health.updated(&seen);
         self.judge(&seen)
     }

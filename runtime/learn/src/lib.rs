@@ -7,6 +7,7 @@
 mod actor_critic;
 mod adam;
 pub mod algorithms;
+mod autodiff;
 mod bytes;
 mod config;
 mod error;
@@ -22,7 +23,7 @@ mod varying;
 
 pub use algorithms::{ALGORITHMS, Algorithm};
 pub use config::{
-    Bound, Config, Count, CriticPair, Decay, DeltaKind, InnerBatch, NoiseReading, Polyak, SETTINGS,
+    Backend, Bound, Config, Count, CriticPair, Decay, DeltaKind, InnerBatch, NoiseReading, Polyak, SETTINGS,
 };
 pub use error::LearnError;
 pub use kernels::{force_simd, simd_level};

@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 
 use mpgx_lang::plan::{Curve, Schedule};
 use mpgx_learn::{
-    Bound, Config, Count, CriticPair, Decay, DeltaKind, InnerBatch, LearnError, Learner, NoiseReading,
-    Policy, Polyak, Transition, Varying,
+    Backend, Bound, Config, Count, CriticPair, Decay, DeltaKind, InnerBatch, LearnError, Learner,
+    NoiseReading, Policy, Polyak, Transition, Varying,
 };
 use task::{ACTION, STATE, Task, learner, saved};
 
@@ -41,8 +41,8 @@ fn a_seed_names_a_run() {
     assert!(run(0) != run(1));
 }
 
-/// All switches away from their defaults, in turn with them; a small replay that drops transitions.
-fn variants() -> [Config; 4] {
+/// All switches away from their defaults, in turn with them; a small replay that drops transitions; dfdx.
+fn variants() -> [Config; 6] {
     let switched = Config {
         inner: 3,
         delay_counter: Count::Step,
@@ -67,7 +67,9 @@ fn variants() -> [Config; 4] {
         explore_noise: linear(1.0, 0.1),
         ..config("mpg")
     };
-    [config("mpg"), Config { replay: 50, ..config("td3") }, switched, scheduled]
+    let dfdx = |config: &Config| Config { backend: Backend::Dfdx, ..config.clone() };
+    let (plain, small) = (config("mpg"), Config { replay: 50, ..config("td3") });
+    [dfdx(&plain), dfdx(&switched), plain, small, switched, scheduled]
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::*;
+use crate::autodiff;
 
 /// Made by `tests/fixtures/make_update.py`.
 #[derive(Deserialize)]
@@ -137,6 +138,15 @@ fn assert_close(network: &Mlp, expected: &[f64], what: &str) {
 
 #[test]
 fn ten_updates_are_those_of_pytorch() {
+    are_those_of_pytorch(ActorCritic::update);
+}
+
+#[test]
+fn ten_updates_by_automatic_differentiation_are_those_of_pytorch() {
+    are_those_of_pytorch(autodiff::update);
+}
+
+fn are_those_of_pytorch(update: fn(&mut ActorCritic, &Batch, &[f32], &Rule) -> Seen) {
     let fixture = Fixture::read();
     for (name, run) in &fixture.runs {
         let mut networks = fixture.networks(Simd::best(), 16, run.target_actor);
@@ -146,7 +156,7 @@ fn ten_updates_are_those_of_pytorch() {
             if run.delta_reset {
                 networks.delta_last.fill(0.0);
             }
-            let seen = networks.update(&batch, &noise, &fixture.rule_of(run, k));
+            let seen = update(&mut networks, &batch, &noise, &fixture.rule_of(run, k));
             let relative = (f64::from(seen.critic_loss) / loss.critic - 1.0).abs();
             assert!(relative < 1e-4, "{name}, critics' loss {k}: {relative}");
             assert_eq!(seen.actor.is_some(), loss.actor.is_some());

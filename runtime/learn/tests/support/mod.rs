@@ -34,6 +34,7 @@ pub fn settings(algorithm: &str, hidden: &[usize], batch: usize) -> Extern {
         ("explore_every", "episode"),
         ("noise_reading", "variance"),
         ("delta_kind", "element"),
+        ("backend", "native"),
     ];
     let mut settings = BTreeMap::new();
     settings.extend(numbers.map(|(name, value)| (name.to_owned(), Setting::Number(value))));
