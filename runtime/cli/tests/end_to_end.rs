@@ -174,6 +174,20 @@ fn threads_and_kernels_leave_the_hash_alone() {
     }
 }
 
+/// The bits are those of automatic differentiation, and threads leave them alone, too.
+#[test]
+fn a_scenario_trains_by_automatic_differentiation() {
+    let hash = |backend: &str, threads| {
+        let folder = folder();
+        let scenario = SCENARIO.replace("steps = 400", &format!("steps = 120, backend = {backend}"));
+        fs::write(folder.path().join("small.scn"), scenario).unwrap();
+        study_hash(folder.path(), &["--threads", threads])
+    };
+    let dfdx = hash("dfdx", "1");
+    assert_eq!(hash("dfdx", "3"), dfdx);
+    assert_ne!(hash("native", "1"), dfdx);
+}
+
 /// Seen to fail when a learner comes back from its checkpoint without its last differences of the critics.
 #[test]
 fn kill_nine_between_checkpoints_and_the_same_command_goes_on_to_the_same_hash() {

@@ -17,6 +17,7 @@ mod learner;
 pub mod measure;
 mod network;
 mod noise;
+pub mod pendulum;
 mod policy;
 mod replay;
 mod varying;
