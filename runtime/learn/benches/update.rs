@@ -5,7 +5,7 @@ mod support;
 
 use std::time::{Duration, Instant};
 
-use mpgx_learn::{Config, LearnError, Learner, Transition, force_simd};
+use mpgx_learn::{Backend, Config, LearnError, Learner, Transition, force_simd};
 
 const STATE: usize = 6;
 const ACTION: usize = 6;
@@ -19,8 +19,9 @@ fn on_cpu() -> Option<Duration> {
 
 /// Explores and steps through a made-up task until there have been updates for a while, several times;
 /// the best and the median rate.
-fn rate(batch: usize) -> Result<(f64, f64), LearnError> {
+fn rate(batch: usize, backend: Backend) -> Result<(f64, f64), LearnError> {
     let config = Config::from_extern(&support::settings("mpg", &[400, 300], batch))?;
+    let config = Config { backend, ..config };
     let mut learner = Learner::new(config, STATE, ACTION, 0, 0)?;
     let mut state = [0.1f32; STATE];
     let mut step = |learner: &mut Learner| {
@@ -63,9 +64,11 @@ fn main() -> Result<(), LearnError> {
                 println!("batch {batch:4}  {simd:7} {error}");
                 continue;
             }
-            let (best, median) = rate(batch)?;
+            let (best, median) = rate(batch, Backend::Native)?;
             println!("batch {batch:4}  {simd:7} {best:6.0} updates/s, median {median:6.0}");
         }
+        let (best, median) = rate(batch, Backend::Dfdx)?;
+        println!("batch {batch:4}  dfdx    {best:6.0} updates/s, median {median:6.0}");
     }
     Ok(())
 }

@@ -53,13 +53,9 @@ pub(crate) fn update(networks: &mut ActorCritic, batch: &Batch, noise: &[f32], r
         seen.q[j] = mean(&q.as_vec());
         let loss = (q - y.clone()).square().mean();
         seen.critic_loss += 0.5 * loss.array();
-        descend(
-            &mut networks.critics[j],
-            &mut networks.critic_adams[j],
-            &critic,
-            &loss.backward(),
-            rule.critic_rate,
-        );
+        let slopes = loss.backward();
+        let adam = &mut networks.critic_adams[j];
+        descend(&mut networks.critics[j], adam, &critic, &slopes, rule.critic_rate);
     }
     if !rule.delayed {
         return seen;
@@ -73,7 +69,8 @@ pub(crate) fn update(networks: &mut ActorCritic, batch: &Batch, noise: &[f32], r
     let saturation = mean(&beyond.collect::<Vec<_>>());
     let loss = -critic.forward((s.leaky_trace(), u).concat_along(Axis::<1>)).mean();
     seen.actor = Some(SeenActor { loss: loss.array(), saturation });
-    descend(&mut networks.actor, &mut networks.actor_adam, &actor, &loss.backward(), rule.actor_rate);
+    let slopes = loss.backward();
+    descend(&mut networks.actor, &mut networks.actor_adam, &actor, &slopes, rule.actor_rate);
 
     // Q̂_j ← τ Q_j + (1 − τ) Q̂_j, or into Q_j, as the paper prints; a target actor follows alike
     let tau = rule.tau as f32;
