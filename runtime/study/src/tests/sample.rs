@@ -137,6 +137,7 @@ pub fn learner(name: &str, steps: f64) -> Method {
         ("explore_every", "episode"),
         ("noise_reading", "variance"),
         ("delta_kind", "element"),
+        ("backend", "native"),
     ];
     let truths = ["delta_reset", "target_actor", "terminal_mask"];
     let mut settings: std::collections::BTreeMap<String, Setting> =
