@@ -9,7 +9,7 @@ use dfdx::prelude::*;
 use crate::actor_critic::{ActorCritic, Batch, Rule, Seen, SeenActor};
 use crate::adam::Adam;
 use crate::config::{CriticPair, Polyak};
-use crate::kernels::Rows;
+use crate::kernels::{Activation, Rows};
 use crate::network::Mlp;
 
 /// `[rows][features]`; with a tape, what is computed from it can be differentiated.
@@ -88,7 +88,10 @@ pub(crate) fn update(networks: &mut ActorCritic, batch: &Batch, noise: &[f32], r
 }
 
 /// Weights as tensors: of each layer `[inputs][outputs]`, and the biases.
-struct Network(Vec<(Matrix, Vector)>);
+struct Network {
+    layers: Vec<(Matrix, Vector)>,
+    activation: Activation,
+}
 
 impl Network {
     fn new(device: &Cpu, network: &Mlp) -> Self {
@@ -98,16 +101,20 @@ impl Network {
             let bias = weights.split_off(inputs * outputs);
             (device.tensor_from_vec(weights, (inputs, outputs)), device.tensor_from_vec(bias, (outputs,)))
         });
-        Self(layers.collect())
+        Self { layers: layers.collect(), activation: network.activation() }
     }
 
     /// x: `[rows][inputs]`; the last layer is linear.
     fn forward<T: Tape<f32, Cpu> + Merge<T>>(&self, x: Matrix<T>) -> Matrix<T> {
-        let (rows, last) = (x.shape().0, self.0.len() - 1);
-        self.0.iter().enumerate().fold(x, |h, (l, (weights, bias))| {
+        let (rows, last) = (x.shape().0, self.layers.len() - 1);
+        self.layers.iter().enumerate().fold(x, |h, (l, (weights, bias))| {
             let bias = bias.retaped::<T>().broadcast_like::<_, Axis<0>>(&(rows, bias.shape().0));
             let z = h.matmul(weights.clone()) + bias;
-            if l < last { z.relu() } else { z }
+            match self.activation {
+                _ if l == last => z,
+                Activation::Relu => z.relu(),
+                Activation::Tanh => z.tanh(),
+            }
         })
     }
 }
@@ -116,7 +123,8 @@ impl Network {
 fn descend(network: &mut Mlp, adam: &mut Adam, traced: &Network, slopes: &Slopes, rate: f64) {
     let step = adam.advance(rate, 0.0);
     let moments = adam.m.layers_mut().iter_mut().zip(adam.v.layers_mut());
-    for ((layer, (m, v)), (weights, bias)) in network.layers_mut().iter_mut().zip(moments).zip(&traced.0) {
+    for ((layer, (m, v)), (weights, bias)) in network.layers_mut().iter_mut().zip(moments).zip(&traced.layers)
+    {
         let gradient = [slopes.get(weights).as_vec(), slopes.get(bias).as_vec()].concat();
         let gradient = gradient.chunks(layer.outputs());
         for (((w, m), v), gradient) in layer.rows_mut().zip(m.rows_mut()).zip(v.rows_mut()).zip(gradient) {

@@ -4,6 +4,7 @@ use mpgx_lang::plan::{Curve, Extern, Schedule, Setting};
 
 use crate::algorithms::Algorithm;
 use crate::error::LearnError;
+use crate::kernels::Activation;
 use crate::varying::Varying;
 
 /// The settings that every algorithm here has.
@@ -16,6 +17,7 @@ pub const SETTINGS: &[&str] = &[
     "rate_end",
     "batch",
     "hidden",
+    "activation",
     "replay",
     "warm_up",
     "tau",
@@ -128,6 +130,7 @@ pub struct Config {
     pub rate_end: f64,
     pub batch: usize,
     pub hidden: Vec<usize>,
+    pub activation: Activation,
     pub replay: usize,
     pub warm_up: u64,
     pub tau: Varying,
@@ -172,6 +175,7 @@ impl Config {
             rate_end: read.number("rate_end", 1.0)?,
             batch: read.count("batch", 65536.0)? as usize,
             hidden: read.sizes("hidden")?,
+            activation: read.word("activation", &[("relu", Activation::Relu), ("tanh", Activation::Tanh)])?,
             replay: read.count("replay", 1e8)? as usize,
             warm_up: read.whole("warm_up", 0.0, 1e9)?,
             tau: read.varying("tau", 1.0)?,

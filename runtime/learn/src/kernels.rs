@@ -6,8 +6,10 @@
 
 mod lanes;
 mod loops;
+mod pointer;
 mod roofline;
 mod storage;
+mod tanh;
 #[cfg(test)]
 mod tests;
 mod transpose;
@@ -20,7 +22,17 @@ pub(crate) use storage::{Dense, Panels, Rows};
 pub(crate) use transpose::to_panels;
 
 use crate::error::LearnError;
+use pointer::Pointer;
 use storage::BLOCK;
+
+/// What a hidden layer makes of its sums. The numbers are those of saved policies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Activation {
+    /// max(0, x)
+    Relu = 0,
+    /// tanh x, within 2 units in the last place and with the same bits in every vector width.
+    Tanh = 1,
+}
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -98,8 +110,10 @@ macro_rules! entry_points {
      $bn:literal, update $ur:literal x $uc:literal) => {
         mod $level {
             use super::loops::{self, Backward, Forward, Update};
+            use super::pointer::Pointer;
             use super::roofline;
-            use super::transpose::{self, ThroughRelu};
+            use super::tanh;
+            use super::transpose::{self, Through};
 
             /// # Safety
             ///
@@ -155,11 +169,20 @@ macro_rules! entry_points {
 
             /// # Safety
             ///
-            /// As [`transpose::through_relu`].
+            /// As [`transpose::through`].
             $(#[$feature])?
-            pub(super) unsafe fn through_relu(a: &ThroughRelu) {
+            pub(super) unsafe fn through(a: &Through) {
                 // SAFETY: the caller's promise.
-                unsafe { transpose::through_relu::<$lanes>(a) }
+                unsafe { transpose::through::<$lanes>(a) }
+            }
+
+            /// # Safety
+            ///
+            /// As [`tanh::tanh_of_all`].
+            $(#[$feature])?
+            pub(super) unsafe fn tanh_of_all(values: Pointer, len: usize) {
+                // SAFETY: the caller's promise.
+                unsafe { tanh::tanh_of_all::<$lanes>(values, len) }
             }
 
             /// # Safety
@@ -175,7 +198,7 @@ macro_rules! entry_points {
             ///
             /// As [`roofline::read`].
             $(#[$feature])?
-            pub(super) unsafe fn read(from: *const f32, len: usize) -> f32 {
+            pub(super) unsafe fn read(from: Pointer, len: usize) -> f32 {
                 // SAFETY: the caller's promise.
                 unsafe { roofline::read::<$lanes>(from, len) }
             }
@@ -184,7 +207,7 @@ macro_rules! entry_points {
             ///
             /// As [`roofline::read_and_write`].
             $(#[$feature])?
-            pub(super) unsafe fn read_and_write(arrays: [*mut f32; 4], len: usize) {
+            pub(super) unsafe fn read_and_write(arrays: [Pointer; 4], len: usize) {
                 // SAFETY: the caller's promise.
                 unsafe { roofline::read_and_write::<$lanes>(arrays, len) }
             }
@@ -230,21 +253,32 @@ pub(crate) struct Trained<'a> {
 }
 
 impl Simd {
-    /// y = x w + bias, and 0 where negative if `relu`. x: `[rows][inputs]`, y: `[rows][outputs]`.
-    pub(crate) fn forward(self, w: &Dense, x: &Rows, relu: bool, y: &mut Rows) {
+    /// y = x w + bias, then the activation if there is one. x: `[rows][inputs]`, y: `[rows][outputs]`.
+    pub(crate) fn forward(self, w: &Dense, x: &Rows, activation: Option<Activation>, y: &mut Rows) {
         y.set_rows(x.rows());
         assert_eq!((x.features(), y.features()), (w.inputs(), w.outputs()));
         let a = loops::Forward {
-            x: x.data().as_ptr(),
+            x: Pointer::to(x.used()),
             x_stride: x.stride(),
             rows: x.rows(),
             inputs: w.inputs(),
-            w: w.data().as_ptr(),
+            w: Pointer::to(w.data()),
             stride: w.stride(),
-            y: y.data_mut().as_mut_ptr(),
-            relu,
+            y: Pointer::to_mut(y.used_mut()),
+            relu: activation == Some(Activation::Relu),
         };
         dispatch!(self, forward(&a));
+        if activation == Some(Activation::Tanh) {
+            self.tanh_of_all(y.used_mut());
+        }
+    }
+
+    /// tanh of every value, in place. Whole blocks.
+    fn tanh_of_all(self, values: &mut [f32]) {
+        let len = values.len();
+        assert!(len.is_multiple_of(BLOCK));
+        let values = Pointer::to_mut(values);
+        dispatch!(self, tanh_of_all(values, len));
     }
 
     /// dx = dy wᵀ for some of the inputs; the others stay as they are. dy: outputs, dx: inputs.
@@ -278,9 +312,9 @@ impl Simd {
         dispatch!(self, backward_update(&back, &a, inputs));
     }
 
-    /// The gradient through a ReLU, in both layouts: `d` becomes 0 where `h`, the ReLU's output, is not
-    /// positive, and `d_rows` becomes the same as `d`.
-    pub(crate) fn through_relu(self, h: &Rows, d: &mut Panels, d_rows: &mut Rows) {
+    /// The gradient through an activation, in both layouts: `d` is multiplied by the derivative where `h` is
+    /// the activation's output (ReLU: 0 where h ≤ 0; tanh: 1 − h²), and `d_rows` becomes the same as `d`.
+    pub(crate) fn through(self, activation: Activation, h: &Rows, d: &mut Panels, d_rows: &mut Rows) {
         d_rows.set_rows(h.rows());
         assert_eq!((h.features(), h.features()), (d.features(), d_rows.features()));
         let stride = h.stride();
@@ -289,13 +323,9 @@ impl Simd {
         for ((h, d), d_rows) in
             h.chunks_exact(block).zip(d.chunks_exact_mut(block)).zip(d_rows.chunks_exact_mut(block))
         {
-            let a = transpose::ThroughRelu {
-                h: h.as_ptr(),
-                d: d.as_mut_ptr(),
-                d_rows: d_rows.as_mut_ptr(),
-                stride,
-            };
-            dispatch!(self, through_relu(&a));
+            let (h, d, d_rows) = (Pointer::to(h), Pointer::to_mut(d), Pointer::to_mut(d_rows));
+            let a = transpose::Through { activation, h, d, d_rows, stride };
+            dispatch!(self, through(&a));
         }
     }
 }
@@ -310,13 +340,13 @@ impl Simd {
     /// The sum of all weights, from whole blocks of 8 vectors.
     pub(crate) fn read(self, w: &Dense) -> f32 {
         let len = w.data().len() / (8 * BLOCK) * (8 * BLOCK);
-        dispatch!(self, read(w.data().as_ptr(), len))
+        dispatch!(self, read(Pointer::to(w.data()), len))
     }
 
     /// Reads four arrays of one size and writes them as they were.
     pub(crate) fn read_and_write(self, arrays: &mut [Dense; 4]) {
         let len = arrays.iter().map(|array| array.data().len()).min().unwrap_or(0);
-        let arrays = arrays.each_mut().map(|array| array.data_mut().as_mut_ptr());
+        let arrays = arrays.each_mut().map(|array| Pointer::to_mut(array.data_mut()));
         dispatch!(self, read_and_write(arrays, len));
     }
 }
@@ -327,11 +357,11 @@ fn backward_operands(w: &Dense, dy: &Panels, dx: &mut Panels) -> loops::Backward
     assert_eq!(dy.panels(), dx.panels());
     loops::Backward {
         panels: dy.panels(),
-        dy: dy.data().as_ptr(),
+        dy: Pointer::to(dy.data()),
         outputs: w.outputs(),
-        w: w.data().as_ptr(),
+        w: Pointer::to(w.data()),
         stride: w.stride(),
-        dx: dx.data_mut().as_mut_ptr(),
+        dx: Pointer::to_mut(dx.data_mut()),
         dx_stride: dx.stride(),
     }
 }
@@ -346,15 +376,15 @@ fn update_operands<'a>(x: &Rows, dy: &Rows, step: &'a AdamStep, trained: Trained
         assert_eq!((other.inputs(), other.outputs()), shape);
     }
     loops::Update {
-        x: x.data().as_ptr(),
+        x: Pointer::to(x.used()),
         x_stride: x.stride(),
         rows: x.rows(),
-        dy: dy.data().as_ptr(),
+        dy: Pointer::to(dy.used()),
         stride: w.stride(),
-        w: w.data_mut().as_mut_ptr(),
-        m: m.data_mut().as_mut_ptr(),
-        v: v.data_mut().as_mut_ptr(),
-        target: target.map_or(std::ptr::null_mut(), |target| target.data_mut().as_mut_ptr()),
+        w: Pointer::to_mut(w.data_mut()),
+        m: Pointer::to_mut(m.data_mut()),
+        v: Pointer::to_mut(v.data_mut()),
+        target: target.map(|target| Pointer::to_mut(target.data_mut())),
         step,
     }
 }

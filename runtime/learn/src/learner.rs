@@ -72,8 +72,10 @@ impl Learner {
         }
         let randomness = Randomness { master, seed };
         let sizes = |inputs, outputs| [&[inputs][..], &config.hidden, &[outputs]].concat();
-        let network =
-            |part, sizes: &[usize]| Mlp::random(sizes, &mut randomness.stream(Purpose::Weights, part, 0));
+        let network = |part, sizes: &[usize]| {
+            let mut stream = randomness.stream(Purpose::Weights, part, 0);
+            Mlp::random(sizes, &mut stream).with(config.activation)
+        };
         let (actor_sizes, critic_sizes) = (sizes(state, action), sizes(state + action, 1));
         let critics = [network(1, &critic_sizes), network(2, &critic_sizes)];
         let actor = network(0, &actor_sizes);

@@ -27,7 +27,7 @@ pub use config::{
     Backend, Bound, Config, Count, CriticPair, Decay, DeltaKind, InnerBatch, NoiseReading, Polyak, SETTINGS,
 };
 pub use error::LearnError;
-pub use kernels::{force_simd, simd_level};
+pub use kernels::{Activation, force_simd, simd_level};
 pub use learner::Learner;
 pub use policy::Policy;
 pub use replay::Transition;

@@ -4,7 +4,7 @@
 use std::hint::black_box;
 
 use crate::adam::Adam;
-use crate::kernels::{Dense, Panels, Rows, Simd, Trained};
+use crate::kernels::{Activation, Dense, Panels, Rows, Simd, Trained};
 
 /// Something that can be run again and again, and what one run of it does.
 pub struct Kernel {
@@ -184,7 +184,7 @@ pub fn kernels(rows: usize, [inputs, outputs]: [usize; 2]) -> [Kernel; 4] {
             run: {
                 let (three, x, mut y, mut next) =
                     (three.clone(), x(), Rows::new(rows, outputs), next.clone());
-                Box::new(move || simd.forward(&three[next()], &x, true, &mut y))
+                Box::new(move || simd.forward(&three[next()], &x, Some(Activation::Relu), &mut y))
             },
         },
         Kernel {

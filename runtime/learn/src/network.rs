@@ -1,26 +1,37 @@
-//! A multi-layer perceptron: dense layers with a ReLU between them, the last one linear.
+//! A multi-layer perceptron: dense layers with an activation between them, the last one linear.
 
 use std::ops::Range;
 
 use mpgx_random::Stream;
 
 use crate::adam::Adam;
-use crate::kernels::{AdamStep, Dense, Panels, Rows, Simd, Trained, to_panels};
+use crate::kernels::{Activation, AdamStep, Dense, Panels, Rows, Simd, Trained, to_panels};
 
 /// The weights of a network, or anything of their shape.
 #[derive(Clone)]
 pub(crate) struct Mlp {
     layers: Vec<Dense>,
+    /// Of the hidden layers.
+    activation: Activation,
 }
 
 impl Mlp {
-    /// Zeros. `sizes`: inputs, each hidden layer, outputs.
+    /// Zeros, with ReLU. `sizes`: inputs, each hidden layer, outputs.
     pub(crate) fn zeros(sizes: &[usize]) -> Self {
         let layers = sizes.windows(2).map(|pair| Dense::new(pair[0], pair[1])).collect();
-        Self { layers }
+        Self { layers, activation: Activation::Relu }
     }
 
-    /// Weights and biases drawn uniformly from ±1/√fan_in.
+    /// The same weights with another activation.
+    pub(crate) fn with(self, activation: Activation) -> Self {
+        Self { activation, ..self }
+    }
+
+    pub(crate) fn activation(&self) -> Activation {
+        self.activation
+    }
+
+    /// Weights and biases drawn uniformly from ±1/√fan_in, with ReLU.
     pub(crate) fn random(sizes: &[usize], stream: &mut Stream) -> Self {
         let mut network = Self::zeros(sizes);
         for layer in &mut network.layers {
@@ -51,7 +62,8 @@ impl Mlp {
         let last = self.layers.len() - 1;
         for (l, layer) in self.layers.iter().enumerate() {
             let (below, here) = h.0.split_at_mut(l);
-            simd.forward(layer, below.last().unwrap_or(x), l < last, &mut here[0]);
+            let activation = (l < last).then_some(self.activation);
+            simd.forward(layer, below.last().unwrap_or(x), activation, &mut here[0]);
         }
     }
 
@@ -63,7 +75,7 @@ impl Mlp {
             match below.last_mut() {
                 Some(below) => {
                     simd.backward(layer, 0..layer.inputs(), &here[0], below);
-                    simd.through_relu(&h.0[l - 1], below, &mut d.rows[l - 1]);
+                    simd.through(self.activation, &h.0[l - 1], below, &mut d.rows[l - 1]);
                 }
                 None => simd.backward(layer, inputs.clone(), &here[0], &mut d.input),
             }
@@ -90,7 +102,7 @@ impl Mlp {
                 Some(below) => {
                     let h = &h.0[l - 1];
                     simd.backward_update(h, (&d.rows[l], &here[0]), below, step, trained);
-                    simd.through_relu(h, below, &mut d.rows[l - 1]);
+                    simd.through(self.activation, h, below, &mut d.rows[l - 1]);
                 }
                 None => simd.update(x, &d.rows[l], step, trained),
             }
@@ -114,7 +126,7 @@ impl Activations {
     }
 }
 
-/// Gradients of the loss with respect to the outputs of all layers before their ReLU, in both layouts, and
+/// Gradients of the loss with respect to the outputs of all layers before their activation, in both layouts, and
 /// with respect to the inputs.
 pub(crate) struct Gradients {
     rows: Vec<Rows>,
@@ -144,5 +156,7 @@ impl Gradients {
     }
 }
 
+#[cfg(test)]
+mod shapes;
 #[cfg(test)]
 mod tests;

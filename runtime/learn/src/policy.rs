@@ -2,7 +2,7 @@
 
 use crate::bytes::{Reader, Writer};
 use crate::error::LearnError;
-use crate::kernels::{Rows, Simd};
+use crate::kernels::{Activation, Rows, Simd};
 use crate::network::{Activations, Mlp};
 
 /// States that are evaluated together.
@@ -82,13 +82,14 @@ impl Policy {
         self.evaluation.act(self.simd, &self.actor, states, actions);
     }
 
-    /// Sizes of the layers, then the weights.
+    /// Sizes of the layers, the activation (0: ReLU, 1: tanh), then the weights.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
         let mut writer = Writer(&mut bytes);
         let sizes = self.actor.sizes();
         writer.count(sizes.len() as u64);
         sizes.iter().for_each(|&size| writer.count(size as u64));
+        writer.count(self.actor.activation() as u64);
         writer.network(&self.actor);
         bytes
     }
@@ -104,13 +105,18 @@ impl Policy {
         if !sizes.iter().all(|size| (1..=LARGEST).contains(size)) {
             return Err(LearnError::Damaged { reason: "a layer has no such size" });
         }
+        let activation = match reader.count()? {
+            0 => Activation::Relu,
+            1 => Activation::Tanh,
+            _ => return Err(LearnError::Damaged { reason: "it has no such activation" }),
+        };
         let floats: u64 = sizes.windows(2).map(|pair| (pair[0] + 1) * pair[1]).sum();
         let (expected, found) = (4 * floats as usize, reader.0.len());
         if expected != found {
             return Err(LearnError::WrongSize { expected, found });
         }
         let sizes: Vec<usize> = sizes.into_iter().map(|size| size as usize).collect();
-        let mut actor = Mlp::zeros(&sizes);
+        let mut actor = Mlp::zeros(&sizes).with(activation);
         reader.network(&mut actor)?;
         Ok(Self::new(Simd::best(), actor))
     }

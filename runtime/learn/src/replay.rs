@@ -13,6 +13,9 @@ pub struct Transition<'a> {
     pub failure: bool,
 }
 
+/// Rows that there is room for at first.
+const FIRST_ROWS: usize = 1024;
+
 /// The last `capacity` transitions; the oldest go first.
 pub(crate) struct Replay {
     state: usize,
@@ -73,6 +76,7 @@ impl Replay {
     fn push_row(&mut self, row: impl Iterator<Item = f32>) {
         let start = self.slot(self.pushed) * self.width();
         if start == self.rows.len() {
+            self.grow();
             self.rows.extend(row);
         } else {
             for (old, new) in self.rows[start..].iter_mut().zip(row) {
@@ -80,6 +84,14 @@ impl Replay {
             }
         }
         self.pushed += 1;
+    }
+
+    /// Makes room for a row: twice what there was, at least [`FIRST_ROWS`], never more than the capacity.
+    fn grow(&mut self) {
+        if self.rows.len() == self.rows.capacity() {
+            let more = self.len().max(FIRST_ROWS).min(self.capacity - self.len());
+            self.rows.reserve_exact(more * self.width());
+        }
     }
 
     /// The transition in row `index` < `len`.

@@ -27,7 +27,7 @@ const SOURCE: &str = "source";
 const SUMMARY: &str = "study.json";
 
 const RECORD: Kind = Kind { magic: *b"mpgx-rec", format: 2 };
-const POLICY: Kind = Kind { magic: *b"mpgx-pol", format: 1 };
+const POLICY: Kind = Kind { magic: *b"mpgx-pol", format: 2 };
 
 /// A study as it lies in its folder. An unfinished one has some of its records and no summary.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,5 +1,6 @@
 //! Whole studies, small ones: the same bytes whatever happens on the way.
 
 mod faults;
+mod numerics;
 mod same_bytes;
 pub mod sample;

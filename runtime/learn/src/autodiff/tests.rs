@@ -17,8 +17,9 @@ fn stream(part: u16) -> Stream {
     Address { master: 9, purpose: Purpose::Weights, protocol: 0, part, seed: 0, episode: 0, step: 0 }.stream()
 }
 
-fn networks(target_actor: bool) -> ActorCritic {
-    let mlp = |part, inputs, outputs| Mlp::random(&[inputs, 40, 23, outputs], &mut stream(part));
+fn networks(target_actor: bool, activation: Activation) -> ActorCritic {
+    let mlp =
+        |part, inputs, outputs| Mlp::random(&[inputs, 40, 23, outputs], &mut stream(part)).with(activation);
     let critics = [mlp(0, STATE + ACTION, 1), mlp(1, STATE + ACTION, 1)];
     ActorCritic::new(Simd::best(), mlp(2, STATE, ACTION), critics, target_actor, ROWS)
 }
@@ -71,15 +72,15 @@ fn assert_close(found: &[f32], expected: &[f32], what: &str) {
 #[test]
 fn ten_updates_are_those_of_the_kernels() {
     use Algorithm::{Ddpg, Mean, Mpg, Td3};
-    for (algorithm, target_actor, printed) in [
-        (Mpg, false, false),
-        (Mpg, false, true),
-        (Td3, false, false),
-        (Td3, true, false),
-        (Mean, false, false),
-        (Ddpg, true, true),
+    for (algorithm, target_actor, printed, activation) in [
+        (Mpg, false, false, Activation::Relu),
+        (Mpg, false, true, Activation::Tanh),
+        (Td3, false, false, Activation::Relu),
+        (Td3, true, false, Activation::Tanh),
+        (Mean, false, false, Activation::Tanh),
+        (Ddpg, true, true, Activation::Relu),
     ] {
-        let (mut native, mut ours) = (networks(target_actor), networks(target_actor));
+        let [mut native, mut ours] = [(); 2].map(|()| networks(target_actor, activation));
         for k in 1..=UPDATES {
             let what = format!("{algorithm:?}, target actor {target_actor}, printed {printed}, update {k}");
             let ((batch, noise), rule) = (batch(k), rule(algorithm, printed, k));
@@ -112,7 +113,7 @@ fn every(networks: &ActorCritic) -> impl Iterator<Item = &Mlp> {
 #[test]
 fn the_bits_depend_on_no_thread() {
     let run = || {
-        let mut networks = networks(true);
+        let mut networks = networks(true, Activation::Relu);
         for k in 1..=4 {
             let (batch, noise) = batch(k);
             update(&mut networks, &batch, &noise, &rule(Algorithm::Mpg, false, k));

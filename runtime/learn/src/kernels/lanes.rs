@@ -25,6 +25,15 @@ pub(super) trait Lanes: Copy {
     unsafe fn flush(self) -> Self;
     /// +0 where `condition` is not positive.
     unsafe fn where_positive(self, condition: Self) -> Self;
+    /// `limit` where it is less; NaN stays NaN.
+    unsafe fn at_most(self, limit: Self) -> Self;
+    unsafe fn abs(self) -> Self;
+    /// The magnitude of this, the sign of the other.
+    unsafe fn with_sign_of(self, other: Self) -> Self;
+    /// `below` where this is less than `limit`, else `otherwise`.
+    unsafe fn choose_below(self, limit: Self, below: Self, otherwise: Self) -> Self;
+    /// The bits moved left by 23: the last eight become the exponent.
+    unsafe fn last_bits_as_exponent(self) -> Self;
     /// Turns `WIDTH` rows into columns: to\[j\]\[i\] = from\[i\]\[j\]. Rows begin every `from_stride` and
     /// `to_stride` floats.
     unsafe fn transpose(from: *const f32, from_stride: usize, to: *mut f32, to_stride: usize);
@@ -96,6 +105,31 @@ impl Lanes for f32 {
     }
 
     #[inline(always)]
+    unsafe fn at_most(self, limit: Self) -> Self {
+        if limit < self { limit } else { self }
+    }
+
+    #[inline(always)]
+    unsafe fn abs(self) -> Self {
+        f32::abs(self)
+    }
+
+    #[inline(always)]
+    unsafe fn with_sign_of(self, other: Self) -> Self {
+        self.copysign(other)
+    }
+
+    #[inline(always)]
+    unsafe fn choose_below(self, limit: Self, below: Self, otherwise: Self) -> Self {
+        if self < limit { below } else { otherwise }
+    }
+
+    #[inline(always)]
+    unsafe fn last_bits_as_exponent(self) -> Self {
+        f32::from_bits(self.to_bits() << 23)
+    }
+
+    #[inline(always)]
     unsafe fn transpose(from: *const f32, _: usize, to: *mut f32, _: usize) {
         // SAFETY: the caller's pointers are valid for one float.
         unsafe { to.write_unaligned(from.read_unaligned()) }
@@ -111,8 +145,8 @@ pub(super) mod x86 {
     /// Vectors of the instruction set: the names of its operations, and how it flushes.
     macro_rules! vectors {
         ($vector:ident, $width:literal, $set:ident, $load:ident, $store:ident, $add:ident, $sub:ident, $mul:ident,
-         $div:ident, $sqrt:ident, $fma:ident, $max:ident, $flush:ident, $where_positive:ident,
-         $transpose:ident) => {
+         $div:ident, $sqrt:ident, $fma:ident, $max:ident, $min:ident, $flush:ident, $where_positive:ident,
+         $abs:ident, $with_sign_of:ident, $choose_below:ident, $last_bits_as_exponent:ident, $transpose:ident) => {
             // SAFETY of every block below: the caller promises the CPU's features, and valid pointers to `load`
             // and `store`; the instructions need nothing else.
             #[allow(clippy::undocumented_unsafe_blocks)]
@@ -181,6 +215,32 @@ pub(super) mod x86 {
                 }
 
                 #[inline(always)]
+                unsafe fn at_most(self, limit: Self) -> Self {
+                    // As for `relu`.
+                    unsafe { $min(limit, self) }
+                }
+
+                #[inline(always)]
+                unsafe fn abs(self) -> Self {
+                    unsafe { $abs(self) }
+                }
+
+                #[inline(always)]
+                unsafe fn with_sign_of(self, other: Self) -> Self {
+                    unsafe { $with_sign_of(self, other) }
+                }
+
+                #[inline(always)]
+                unsafe fn choose_below(self, limit: Self, below: Self, otherwise: Self) -> Self {
+                    unsafe { $choose_below(self, limit, below, otherwise) }
+                }
+
+                #[inline(always)]
+                unsafe fn last_bits_as_exponent(self) -> Self {
+                    unsafe { $last_bits_as_exponent(self) }
+                }
+
+                #[inline(always)]
                 unsafe fn transpose(from: *const f32, from_stride: usize, to: *mut f32, to_stride: usize) {
                     unsafe { $transpose(from, from_stride, to, to_stride) }
                 }
@@ -201,8 +261,13 @@ pub(super) mod x86 {
         _mm512_sqrt_ps,
         _mm512_fmadd_ps,
         _mm512_max_ps,
+        _mm512_min_ps,
         flush_512,
         where_positive_512,
+        _mm512_abs_ps,
+        with_sign_of_512,
+        choose_below_512,
+        last_bits_as_exponent_512,
         transpose_512
     );
     vectors!(
@@ -218,8 +283,13 @@ pub(super) mod x86 {
         _mm256_sqrt_ps,
         _mm256_fmadd_ps,
         _mm256_max_ps,
+        _mm256_min_ps,
         flush_256,
         where_positive_256,
+        abs_256,
+        with_sign_of_256,
+        choose_below_256,
+        last_bits_as_exponent_256,
         transpose_256
     );
 
@@ -233,8 +303,7 @@ pub(super) mod x86 {
     #[inline]
     #[target_feature(enable = "avx2,fma")]
     fn flush_256(x: __m256) -> __m256 {
-        let magnitude = _mm256_andnot_ps(_mm256_set1_ps(-0.0), x);
-        _mm256_and_ps(x, _mm256_cmp_ps::<_CMP_NLT_UQ>(magnitude, _mm256_set1_ps(f32::MIN_POSITIVE)))
+        _mm256_and_ps(x, _mm256_cmp_ps::<_CMP_NLT_UQ>(abs_256(x), _mm256_set1_ps(f32::MIN_POSITIVE)))
     }
 
     #[inline]
@@ -247,6 +316,49 @@ pub(super) mod x86 {
     #[target_feature(enable = "avx2,fma")]
     fn where_positive_256(x: __m256, condition: __m256) -> __m256 {
         _mm256_and_ps(x, _mm256_cmp_ps::<_CMP_GT_OQ>(condition, _mm256_setzero_ps()))
+    }
+
+    #[inline]
+    #[target_feature(enable = "avx2,fma")]
+    fn abs_256(x: __m256) -> __m256 {
+        _mm256_andnot_ps(_mm256_set1_ps(-0.0), x)
+    }
+
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn with_sign_of_512(x: __m512, other: __m512) -> __m512 {
+        let sign = _mm512_and_epi32(_mm512_castps_si512(other), _mm512_set1_epi32(i32::MIN));
+        _mm512_castsi512_ps(_mm512_or_epi32(_mm512_castps_si512(_mm512_abs_ps(x)), sign))
+    }
+
+    #[inline]
+    #[target_feature(enable = "avx2,fma")]
+    fn with_sign_of_256(x: __m256, other: __m256) -> __m256 {
+        _mm256_or_ps(abs_256(x), _mm256_and_ps(other, _mm256_set1_ps(-0.0)))
+    }
+
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn choose_below_512(x: __m512, limit: __m512, below: __m512, otherwise: __m512) -> __m512 {
+        _mm512_mask_blend_ps(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(x, limit), otherwise, below)
+    }
+
+    #[inline]
+    #[target_feature(enable = "avx2,fma")]
+    fn choose_below_256(x: __m256, limit: __m256, below: __m256, otherwise: __m256) -> __m256 {
+        _mm256_blendv_ps(otherwise, below, _mm256_cmp_ps::<_CMP_LT_OQ>(x, limit))
+    }
+
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn last_bits_as_exponent_512(x: __m512) -> __m512 {
+        _mm512_castsi512_ps(_mm512_slli_epi32::<23>(_mm512_castps_si512(x)))
+    }
+
+    #[inline]
+    #[target_feature(enable = "avx2,fma")]
+    fn last_bits_as_exponent_256(x: __m256) -> __m256 {
+        _mm256_castsi256_ps(_mm256_slli_epi32::<23>(_mm256_castps_si256(x)))
     }
 
     /// # Safety

@@ -5,19 +5,20 @@
 //! the order within one.
 
 use super::lanes::Lanes;
+use super::pointer::Pointer;
 use super::storage::BLOCK;
 
 /// Operands of [`forward`]: y\[b\]\[o\] = bias\[o\] + Σ_i x\[b\]\[i\] w\[i\]\[o\], i ascending.
 pub(super) struct Forward {
-    pub(super) x: *const f32,
+    pub(super) x: Pointer,
     pub(super) x_stride: usize,
     pub(super) rows: usize,
     pub(super) inputs: usize,
     /// `[inputs + 1][stride]`, the biases last.
-    pub(super) w: *const f32,
+    pub(super) w: Pointer,
     /// Of `w` and `y`; whole blocks.
     pub(super) stride: usize,
-    pub(super) y: *mut f32,
+    pub(super) y: Pointer,
     pub(super) relu: bool,
 }
 
@@ -79,7 +80,7 @@ unsafe fn forward_block<L: Lanes, const R: usize, const C: usize>(a: &Forward, r
         let w = a.w.add(column);
         let mut sum = [[L::splat(0.0); C]; R];
         for c in 0..C {
-            let bias = L::load(w.add(a.inputs * a.stride + c * L::WIDTH));
+            let bias: L = w.add(a.inputs * a.stride + c * L::WIDTH).load();
             for sums in &mut sum {
                 sums[c] = bias;
             }
@@ -87,10 +88,10 @@ unsafe fn forward_block<L: Lanes, const R: usize, const C: usize>(a: &Forward, r
         for i in 0..a.inputs {
             let mut weights = [L::splat(0.0); C];
             for (c, weight) in weights.iter_mut().enumerate() {
-                *weight = L::load(w.add(i * a.stride + c * L::WIDTH));
+                *weight = w.add(i * a.stride + c * L::WIDTH).load();
             }
             for (r, sums) in sum.iter_mut().enumerate() {
-                let value = L::splat(*x.add(r * a.x_stride + i));
+                let value = L::splat(x.add(r * a.x_stride + i).get());
                 for (total, weight) in sums.iter_mut().zip(weights) {
                     *total = value.mul_add(weight, *total);
                 }
@@ -99,7 +100,7 @@ unsafe fn forward_block<L: Lanes, const R: usize, const C: usize>(a: &Forward, r
         for (r, sums) in sum.into_iter().enumerate() {
             for (c, total) in sums.into_iter().enumerate() {
                 let y = if a.relu { total.relu() } else { total };
-                y.store(a.y.add((row + r) * a.stride + column + c * L::WIDTH));
+                a.y.add((row + r) * a.stride + column + c * L::WIDTH).store(y);
             }
         }
     }
@@ -109,13 +110,13 @@ unsafe fn forward_block<L: Lanes, const R: usize, const C: usize>(a: &Forward, r
 pub(super) struct Backward {
     pub(super) panels: usize,
     /// `[panels][stride][BLOCK]`
-    pub(super) dy: *const f32,
+    pub(super) dy: Pointer,
     pub(super) outputs: usize,
     /// `[to][stride]`
-    pub(super) w: *const f32,
+    pub(super) w: Pointer,
     pub(super) stride: usize,
     /// `[panels][dx_stride][BLOCK]`
-    pub(super) dx: *mut f32,
+    pub(super) dx: Pointer,
     pub(super) dx_stride: usize,
 }
 
@@ -173,10 +174,10 @@ unsafe fn backward_block<L: Lanes, const R: usize, const N: usize>(a: &Backward,
         for o in 0..a.outputs {
             let mut d = [L::splat(0.0); N];
             for (n, d) in d.iter_mut().enumerate() {
-                *d = L::load(a.dy.add(o * BLOCK + n * L::WIDTH));
+                *d = a.dy.add(o * BLOCK + n * L::WIDTH).load();
             }
             for (r, sums) in sum.iter_mut().enumerate() {
-                let weight = L::splat(*w.add(r * a.stride + o));
+                let weight = L::splat(w.add(r * a.stride + o).get());
                 for (total, d) in sums.iter_mut().zip(d) {
                     *total = weight.mul_add(d, *total);
                 }
@@ -184,7 +185,7 @@ unsafe fn backward_block<L: Lanes, const R: usize, const N: usize>(a: &Backward,
         }
         for (r, sums) in sum.into_iter().enumerate() {
             for (n, total) in sums.into_iter().enumerate() {
-                total.store(a.dx.add((i + r) * BLOCK + n * L::WIDTH));
+                a.dx.add((i + r) * BLOCK + n * L::WIDTH).store(total);
             }
         }
     }
@@ -208,17 +209,16 @@ pub(crate) struct AdamStep {
 /// Operands of [`update`]: the gradient is g\[i\]\[o\] = Σ_b x\[b\]\[i\] dy\[b\]\[o\], b ascending; it is
 /// never stored.
 pub(super) struct Update<'a> {
-    pub(super) x: *const f32,
+    pub(super) x: Pointer,
     pub(super) x_stride: usize,
     pub(super) rows: usize,
-    pub(super) dy: *const f32,
+    pub(super) dy: Pointer,
     /// Of `dy`, `w`, `m`, `v` and `target`; whole blocks.
     pub(super) stride: usize,
-    pub(super) w: *mut f32,
-    pub(super) m: *mut f32,
-    pub(super) v: *mut f32,
-    /// Null: there is none.
-    pub(super) target: *mut f32,
+    pub(super) w: Pointer,
+    pub(super) m: Pointer,
+    pub(super) v: Pointer,
+    pub(super) target: Option<Pointer>,
     pub(super) step: &'a AdamStep,
 }
 
@@ -227,7 +227,7 @@ pub(super) struct Update<'a> {
 /// # Safety
 ///
 /// The CPU has the features of `L`; x is valid for `rows` rows of `x_stride ≥ to`, dy for `rows` rows of
-/// `stride`, a multiple of [`BLOCK`]; w, m, v and, unless null, target are valid for `to` rows of `stride`;
+/// `stride`, a multiple of [`BLOCK`]; w, m, v and, if there is one, target are valid for `to` rows of `stride`;
 /// nothing that is written overlaps anything else.
 #[inline(always)]
 pub(super) unsafe fn update<L: Lanes, const R: usize, const C: usize>(a: &Update, from: usize, to: usize) {
@@ -250,9 +250,9 @@ pub(super) unsafe fn update_biases<L: Lanes, const C: usize>(a: &Update, inputs:
     let row = inputs * a.stride;
     // SAFETY: the row of biases lies within w, m, v and target; one float, read again for every sample, is x.
     unsafe {
-        let target = if a.target.is_null() { a.target } else { a.target.add(row) };
-        let (w, m, v) = (a.w.add(row), a.m.add(row), a.v.add(row));
-        update_strip::<L, 1, C>(&Update { x: &1.0, x_stride: 0, w, m, v, target, ..*a }, 0);
+        let target = a.target.map(|target| target.add(row));
+        let (x, w, m, v) = (Pointer::to(&[1.0]), a.w.add(row), a.m.add(row), a.v.add(row));
+        update_strip::<L, 1, C>(&Update { x, x_stride: 0, w, m, v, target, ..*a }, 0);
     }
 }
 
@@ -295,10 +295,10 @@ unsafe fn update_block<L: Lanes, const R: usize, const C: usize>(
         for b in 0..a.rows {
             let mut d = [L::splat(0.0); C];
             for (c, d) in d.iter_mut().enumerate() {
-                *d = L::load(dy.add(b * a.stride + c * L::WIDTH));
+                *d = dy.add(b * a.stride + c * L::WIDTH).load();
             }
             for (r, gradients) in gradient.iter_mut().enumerate() {
-                let value = L::splat(*x.add(b * a.x_stride + r));
+                let value = L::splat(x.add(b * a.x_stride + r).get());
                 for (total, d) in gradients.iter_mut().zip(d) {
                     *total = value.mul_add(d, *total);
                 }
@@ -321,18 +321,18 @@ unsafe fn adam<L: Lanes>(a: &Update, place: usize, g: L) {
     let AdamStep { beta_1, beta_2, rate, epsilon, tau } = *a.step;
     // SAFETY: the vector at `place` lies within w, m, v and target.
     unsafe {
-        let m = L::load(a.m.add(place));
-        let v = L::load(a.v.add(place));
-        let w = L::load(a.w.add(place));
+        let m: L = a.m.add(place).load();
+        let v: L = a.v.add(place).load();
+        let w: L = a.w.add(place).load();
         let m = L::splat(beta_1).mul_add(m, L::splat(1.0 - beta_1).mul(g)).flush();
         let v = L::splat(beta_2).mul_add(v, L::splat(1.0 - beta_2).mul(g.mul(g))).flush();
         let w = L::splat(-rate).mul_add(m.div(v.sqrt().add(L::splat(epsilon))), w);
-        m.store(a.m.add(place));
-        v.store(a.v.add(place));
-        w.store(a.w.add(place));
-        if !a.target.is_null() {
-            let target = L::load(a.target.add(place));
-            L::splat(tau).mul_add(w.sub(target), target).store(a.target.add(place));
+        a.m.add(place).store(m);
+        a.v.add(place).store(v);
+        a.w.add(place).store(w);
+        if let Some(place_of_target) = a.target.map(|target| target.add(place)) {
+            let target: L = place_of_target.load();
+            place_of_target.store(L::splat(tau).mul_add(w.sub(target), target));
         }
     }
 }

@@ -1,6 +1,7 @@
 //! What this CPU can do at most: multiply-adds in registers, and passes over arrays in memory.
 
 use super::lanes::Lanes;
+use super::pointer::Pointer;
 
 /// Sums that grow side by side in [`multiply_adds`]: enough to hide the latency of one on two units, few
 /// enough for 16 registers.
@@ -36,14 +37,14 @@ pub(super) unsafe fn multiply_adds<L: Lanes>(rounds: usize) -> (f32, usize) {
 ///
 /// The CPU has the features of `L`; `from` is valid for `len` floats, a multiple of `8 · L::WIDTH`.
 #[inline(always)]
-pub(super) unsafe fn read<L: Lanes>(from: *const f32, len: usize) -> f32 {
+pub(super) unsafe fn read<L: Lanes>(from: Pointer, len: usize) -> f32 {
     // SAFETY: every load lies within `len`; `lanes` has room for the widest vector.
     unsafe {
         let mut sums = [L::splat(0.0); 8];
         let mut place = 0;
         while place < len {
             for (k, sum) in sums.iter_mut().enumerate() {
-                *sum = sum.add(L::load(from.add(place + k * L::WIDTH)));
+                *sum = sum.add(from.add(place + k * L::WIDTH).load());
             }
             place += 8 * L::WIDTH;
         }
@@ -61,7 +62,7 @@ pub(super) unsafe fn read<L: Lanes>(from: *const f32, len: usize) -> f32 {
 /// The CPU has the features of `L`; each array is valid for `len` floats, a multiple of `L::WIDTH`, and they
 /// do not overlap.
 #[inline(always)]
-pub(super) unsafe fn read_and_write<L: Lanes>(arrays: [*mut f32; 4], len: usize) {
+pub(super) unsafe fn read_and_write<L: Lanes>(arrays: [Pointer; 4], len: usize) {
     // SAFETY: every vector lies within `len`.
     unsafe {
         let factor = L::splat(std::hint::black_box(1.0));
@@ -69,7 +70,7 @@ pub(super) unsafe fn read_and_write<L: Lanes>(arrays: [*mut f32; 4], len: usize)
         while place < len {
             for array in arrays {
                 let there = array.add(place);
-                L::load(there).mul(factor).store(there);
+                there.store(there.load::<L>().mul(factor));
             }
             place += L::WIDTH;
         }

@@ -82,7 +82,17 @@ impl Rows {
         &mut self.data[start..start + self.features]
     }
 
-    /// Padding included.
+    /// The rows in use, padding included.
+    pub(super) fn used(&self) -> &[f32] {
+        &self.data[..self.rows * self.stride()]
+    }
+
+    pub(super) fn used_mut(&mut self) -> &mut [f32] {
+        let len = self.rows * self.stride();
+        &mut self.data[..len]
+    }
+
+    /// All rows that there is room for, padding included.
     pub(super) fn data(&self) -> &[f32] {
         &self.data
     }

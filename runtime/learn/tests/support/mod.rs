@@ -26,6 +26,7 @@ pub fn settings(algorithm: &str, hidden: &[usize], batch: usize) -> Extern {
         ("explore_decay", 0.99),
     ];
     let words = [
+        ("activation", "relu"),
         ("polyak", "target"),
         ("delay_counter", "run"),
         ("inner_batch", "fresh"),

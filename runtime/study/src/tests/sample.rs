@@ -129,6 +129,7 @@ pub fn learner(name: &str, steps: f64) -> Method {
         ("explore_decay", 0.9),
     ];
     let words = [
+        ("activation", "relu"),
         ("polyak", "target"),
         ("delay_counter", "run"),
         ("inner_batch", "fresh"),
