@@ -6,10 +6,10 @@ use super::pointer::Pointer;
 /// tanh x = x + x³ P(x²) below this magnitude, and 1 − 2 / (e²ˣ + 1) from it on.
 const SMALL: f32 = 0.625;
 /// P, the highest power first.
-const ODD: [f32; 5] = [-5.704_988_7e-3, 2.063_908_9e-2, -5.373_971_6e-2, 1.333_144_2e-1, -3.333_328_2e-1];
+const ODD: [f32; 5] = [-5.704_988_7e-3, 2.063_909e-2, -5.373_971_6e-2, 1.333_144_2e-1, -3.333_328e-1];
 /// eʳ for |r| ≤ ½ ln 2, the highest power first.
 const EXP: [f32; 8] =
-    [1.987_569_1e-4, 1.398_199_9e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 5.000_000_1e-1, 1.0, 1.0];
+    [1.987_569_1e-4, 1.398_199_9e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 0.5, 1.0, 1.0];
 /// ln 2 in two parts: whole multiples of the first, up to 2⁸, are exact.
 const LN_2: [f32; 2] = [0.693_359_4, -2.121_944_4e-4];
 /// From here on tanh rounds to 1.
