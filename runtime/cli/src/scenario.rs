@@ -14,6 +14,7 @@ use crate::failure::{Exit, Failure};
 /// The scenarios that come with mpgx: name and text.
 pub const EMBEDDED: &[(&str, &str)] = &[
     ("flock_among_pillars", include_str!("../../../scenarios/flock_among_pillars.scn")),
+    ("listing_slips", include_str!("../../../scenarios/listing_slips.scn")),
     ("scaling", include_str!("../../../scenarios/scaling.scn")),
     ("square_unison", include_str!("../../../scenarios/square_unison.scn")),
     ("square_unison_points", include_str!("../../../scenarios/square_unison_points.scn")),
