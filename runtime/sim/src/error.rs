@@ -75,6 +75,12 @@ pub enum SimError {
         suffix(at)
     )]
     NoSlot { controller: String, agent: String, at: Place },
+
+    #[error(
+        "the controller `{controller}` steers by neighbours, but {agent} has none in a formation{}",
+        suffix(at)
+    )]
+    NoNeighbour { controller: String, agent: String, at: Place },
 }
 
 /// What is wrong inside an expression.

@@ -37,6 +37,26 @@ impl<'a> Settings<'a> {
         }
     }
 
+    /// A whole number from `least` to `most`.
+    pub fn count(&self, name: &'static str, least: usize, most: usize) -> Result<usize, SimError> {
+        let expected = "a whole number in its range";
+        match self.get(name, expected)? {
+            &Setting::Number(x) if x.fract() == 0.0 && (least as f64..=most as f64).contains(&x) => {
+                Ok(x as usize)
+            }
+            _ => Err(self.bad(name, expected)),
+        }
+    }
+
+    /// Yes or no.
+    pub fn truth(&self, name: &'static str) -> Result<bool, SimError> {
+        let expected = "true or false";
+        match self.get(name, expected)? {
+            &Setting::Truth(truth) => Ok(truth),
+            _ => Err(self.bad(name, expected)),
+        }
+    }
+
     /// A finite range whose low end is not above its high end.
     pub fn range(&self, name: &'static str) -> Result<(f64, f64), SimError> {
         let expected = "a finite range, low limit first";

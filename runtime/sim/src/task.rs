@@ -170,18 +170,16 @@ impl Task {
         episode.step as f64 * self.dt_s
     }
 
-    /// The position in [`Episode::slots`] of the first formation's slot of an agent.
-    pub(crate) fn slot_of(&self, agent: usize) -> Option<usize> {
-        let mut before = 0;
-        for formation in &self.model.formations {
-            if let Some(member) = agent.checked_sub(formation.first)
-                && member < formation.places()
-            {
-                return Some(before + member);
-            }
-            before += formation.places();
-        }
-        None
+    /// The first formation that an agent is a member of.
+    pub(crate) fn formation_of(&self, agent: usize) -> Option<usize> {
+        self.model.formations.iter().position(|formation| formation.has(agent))
+    }
+
+    /// The position in [`Episode::slots`] of a member's slot, if its formation is one of places.
+    pub(crate) fn slot_of(&self, formation: usize, agent: usize) -> Option<usize> {
+        let it = self.model.formations.get(formation)?;
+        let before: usize = self.model.formations.iter().take(formation).map(Formation::places).sum();
+        (it.places() > 0).then(|| before + agent - it.first)
     }
 }
 

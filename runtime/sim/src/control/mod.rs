@@ -1,26 +1,50 @@
 //! Controllers: what steers without training, from what the scenario knows.
 
+mod aims;
+mod arrange;
+mod bonds;
+mod consensus;
+mod distance_gradient;
 mod oracle;
+mod potential_field;
+mod predictive;
 mod proportional;
+mod search;
 
 use mpgx_lang::plan::{Extern, Place};
 
 use crate::episode::Episode;
 use crate::error::SimError;
-use crate::maths::Vec2;
 use crate::settings::{Settings, list};
 use crate::task::Task;
+use aims::Aims;
+use bonds::Bonds;
+use consensus::Consensus;
+use distance_gradient::DistanceGradient;
 use oracle::{Clairvoyant, Oracle};
+use potential_field::PotentialField;
+use predictive::Predictive;
 use proportional::Proportional;
 
 /// The names of all controllers.
-pub const CONTROLLERS: &[&str] = &["oracle", "clairvoyant", "proportional"];
+pub const CONTROLLERS: &[&str] = &[
+    "oracle",
+    "clairvoyant",
+    "proportional",
+    "consensus",
+    "distance_gradient",
+    "potential_field",
+    "predictive",
+];
 
 /// The settings that a controller reads; `None` if there is no such controller.
 pub fn controller_settings(name: &str) -> Option<&'static [&'static str]> {
     match name {
         "oracle" | "clairvoyant" => Some(&[]),
-        "proportional" => Some(&["gain"]),
+        "proportional" | "distance_gradient" => Some(&["gain"]),
+        "consensus" => Some(&["gain", "feedforward"]),
+        "potential_field" => Some(&["attraction", "repulsion", "reach"]),
+        "predictive" => Some(&["ahead", "margin"]),
         _ => None,
     }
 }
@@ -34,7 +58,8 @@ pub trait Controller: Send {
 /// Makes the controller of a Plan for one task.
 ///
 /// # Errors
-/// If there is no such controller, if its settings are wrong, or if a learned agent has no slot to go to.
+/// If there is no such controller, if its settings are wrong, or if a learned agent has no place or
+/// neighbour to steer by.
 pub fn controller(what: &Extern, task: &Task) -> Result<Box<dyn Controller>, SimError> {
     let at = Place::default();
     let Some(known) = controller_settings(&what.name) else {
@@ -42,46 +67,31 @@ pub fn controller(what: &Extern, task: &Task) -> Result<Box<dyn Controller>, Sim
         return Err(SimError::Unknown { kind, name: what.name.clone(), known, at });
     };
     let settings = Settings::new(what, known, &at)?;
-    let aims = Aims::new(task, &what.name)?;
+    let aims = || Aims::new(task, &what.name);
+    let bonds = || Bonds::new(task, &what.name);
     Ok(match what.name.as_str() {
-        "oracle" => Box::new(Oracle::new(aims)),
-        "clairvoyant" => Box::new(Clairvoyant::new(aims)),
-        _ => Box::new(Proportional::new(aims, settings.positive("gain", true)?)),
+        "oracle" => Box::new(Oracle::new(aims()?)),
+        "clairvoyant" => Box::new(Clairvoyant::new(aims()?)),
+        "consensus" => Box::new(Consensus::new(
+            task,
+            bonds()?,
+            settings.positive("gain", true)?,
+            settings.truth("feedforward")?,
+        )?),
+        "distance_gradient" => Box::new(DistanceGradient::new(bonds()?, settings.positive("gain", true)?)),
+        "potential_field" => Box::new(PotentialField {
+            aims: aims()?,
+            attraction: settings.positive("attraction", true)?,
+            repulsion: settings.positive("repulsion", true)?,
+            reach: settings.positive("reach", true)?,
+        }),
+        "predictive" => Box::new(Predictive {
+            aims: aims()?,
+            ahead: settings.count("ahead", 1, predictive::MOST_STEPS)?,
+            margin: settings.positive("margin", true)?,
+        }),
+        _ => Box::new(Proportional::new(aims()?, settings.positive("gain", true)?)),
     })
-}
-
-/// Which slot each learned agent steers to: its own in the first formation of its group.
-pub(crate) struct Aims {
-    /// Agent and entry of [`Episode::slots`].
-    aims: Vec<(usize, usize)>,
-}
-
-impl Aims {
-    fn new(task: &Task, controller: &str) -> Result<Aims, SimError> {
-        let aim = |&agent: &usize| match task.slot_of(agent) {
-            Some(slot) => Ok((agent, slot)),
-            None => Err(SimError::NoSlot {
-                controller: controller.into(),
-                agent: task.agents[agent].name.clone(),
-                at: task.agents[agent].at.clone(),
-            }),
-        };
-        Ok(Aims { aims: task.learned.iter().map(aim).collect::<Result<_, _>>()? })
-    }
-
-    /// Fills the action with what `velocity` gives for each learned agent and its slot in `slots`, m/s.
-    fn command(
-        &self,
-        task: &Task,
-        slots: &[Vec2],
-        action: &mut [f32],
-        velocity: impl Fn(usize, Vec2) -> Vec2,
-    ) {
-        for (&(agent, slot), action) in self.aims.iter().zip(action.chunks_exact_mut(2)) {
-            let wanted = velocity(agent, slots[slot]);
-            action.copy_from_slice(&wanted.map(|v| task.agents[agent].action(v)));
-        }
-    }
 }
 
 #[cfg(test)]

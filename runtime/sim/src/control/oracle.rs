@@ -8,9 +8,11 @@
 //! reaches the slot, it is the best. If not, pattern searches from the best commands of a grid find the one
 //! whose step ends closest, to better than 1e-4 m.
 
-use super::{Aims, Controller};
+use super::Controller;
+use super::aims::Aims;
+use super::search::{CLOSE_M, GRID, Search, grid, search};
 use crate::episode::Episode;
-use crate::maths::{Vec2, add, clamp_axes, divide, norm, rotate, subtract};
+use crate::maths::{Vec2, add, clamp_axes, divide, norm, subtract};
 use crate::script::move_scripted;
 use crate::task::Task;
 
@@ -38,7 +40,7 @@ impl Clairvoyant {
 
 impl Controller for Oracle {
     fn command(&mut self, task: &Task, episode: &Episode, action: &mut [f32]) {
-        self.aims.command(task, episode.slots(), action, |agent, slot| best(task, episode, agent, slot));
+        self.aims.command(task, episode, action, |agent, slot| best(task, episode, agent, slot));
     }
 }
 
@@ -49,29 +51,20 @@ impl Controller for Clairvoyant {
         move_scripted(task, &mut ahead);
         ahead.step += 1;
         task.refresh_slots(&mut ahead);
-        self.aims.command(task, ahead.slots(), action, |agent, slot| best(task, episode, agent, slot));
+        self.aims.command(task, &ahead, action, |agent, slot| best(task, episode, agent, slot));
     }
 }
 
-/// Good enough, m.
-const CLOSE_M: f64 = 1e-6;
 /// The pattern search ends when its steps would move the agent less than this, m.
 const FINEST_M: f64 = 5e-5;
-/// Commands on each axis of the grid.
-const GRID: usize = 5;
 /// Searches, from the best commands of the grid: where the limits of the wheels bind, there are several
 /// commands that are better than all around them.
 const STARTS: usize = 5;
-/// The pattern turns by this many rad each time, so that no direction is left out: the limits of the wheels
-/// make ridges that run anywhere.
-const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
-/// The pattern shrinks after so many failures.
-const PATIENCE: usize = 2;
 /// Corrections of the dead-beat command.
 const CORRECTIONS: usize = 4;
 
 /// The velocity command within the agent's limits whose step ends closest to `slot`, m/s.
-fn best(task: &Task, episode: &Episode, agent: usize, slot: Vec2) -> Vec2 {
+pub(super) fn best(task: &Task, episode: &Episode, agent: usize, slot: Vec2) -> Vec2 {
     let (body, limits) = (&task.agents[agent].body, task.agents[agent].speed_mps);
     let (pose, before) = (episode.pose(agent), episode.agents.command[agent]);
     let mut command = clamp_axes(divide(subtract(slot, pose.position), task.dt_s), limits);
@@ -88,59 +81,6 @@ fn best(task: &Task, episode: &Episode, agent: usize, slot: Vec2) -> Vec2 {
         command = clamp_axes(add(command, divide(rest, task.dt_s)), limits);
     }
     let miss = |command| norm(missing(command));
-    let mut starts: Vec<Search<_>> =
-        grid(limits).chain([command]).map(|best| Search { miss, limits, best, least: miss(best) }).collect();
-    starts.sort_by(|a, b| a.least.total_cmp(&b.least));
-    starts.truncate(STARTS);
-    for search in &mut starts {
-        search.run(FINEST_M / task.dt_s);
-    }
-    starts.iter().min_by(|a, b| a.least.total_cmp(&b.least)).map_or(command, |search| search.best)
-}
-
-/// Commands spread evenly between the limits.
-fn grid((low, high): (f64, f64)) -> impl Iterator<Item = Vec2> {
-    let along = move |k: usize| low + (high - low) * (k as f64 / (GRID - 1) as f64);
-    (0..GRID * GRID).map(move |k| [along(k / GRID), along(k % GRID)])
-}
-
-/// A search for the command that misses least.
-struct Search<F> {
-    /// How far from the slot the step of a command ends, m.
-    miss: F,
-    limits: (f64, f64),
-    /// The best command so far, and how far it misses.
-    best: Vec2,
-    least: f64,
-}
-
-impl<F: Fn(Vec2) -> f64> Search<F> {
-    /// Tries a command; tells whether it is better.
-    fn offer(&mut self, command: Vec2) -> bool {
-        let miss = (self.miss)(command);
-        let better = miss < self.least;
-        if better {
-            (self.best, self.least) = (command, miss);
-        }
-        better
-    }
-
-    /// Tries patterns of four commands around the best that become smaller, down to `finest` m/s.
-    fn run(&mut self, finest: f64) {
-        let (mut turn, mut failures) = (0.0, 0);
-        let mut reach = (self.limits.1 - self.limits.0) / (GRID - 1) as f64;
-        while reach > finest && self.least > CLOSE_M {
-            turn += GOLDEN_ANGLE;
-            let centre = self.best;
-            let [x, y] = rotate([reach, 0.0], turn);
-            let mut better = false;
-            for step in [[x, y], [-y, x], [-x, -y], [y, -x]] {
-                better |= self.offer(clamp_axes(add(centre, step), self.limits));
-            }
-            failures = if better { 0 } else { failures + 1 };
-            if failures == PATIENCE {
-                (reach, failures) = (reach / 2.0, 0);
-            }
-        }
-    }
+    let starts = grid(limits, GRID).chain([command]).map(|best| Search::new(miss, limits, best)).collect();
+    search(starts, STARTS, FINEST_M / task.dt_s).map_or(command, |found| found.best)
 }

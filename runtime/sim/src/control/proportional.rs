@@ -1,6 +1,7 @@
-//! The proportional controller: a velocity of `gain` times the way to the slot.
+//! The proportional controller: a velocity of `gain` times the way to the place.
 
-use super::{Aims, Controller};
+use super::Controller;
+use super::aims::Aims;
 use crate::episode::Episode;
 use crate::maths::{scale, subtract};
 use crate::task::Task;
@@ -19,8 +20,8 @@ impl Proportional {
 
 impl Controller for Proportional {
     fn command(&mut self, task: &Task, episode: &Episode, action: &mut [f32]) {
-        self.aims.command(task, episode.slots(), action, |agent, slot| {
-            scale(subtract(slot, episode.position(agent)), self.gain)
+        self.aims.command(task, episode, action, |agent, place| {
+            scale(subtract(place, episode.position(agent)), self.gain)
         });
     }
 }

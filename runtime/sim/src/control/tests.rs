@@ -3,17 +3,32 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::episode::EpisodeKey;
-use crate::maths::{add, clamp_axes, distance, subtract};
+use crate::maths::{Vec2, add, clamp_axes, distance, subtract};
 use crate::sample::{self, vector};
 use crate::step::Mode;
 use mpgx_random::Purpose;
 
+/// A controller as the standard library sets it.
 fn made(name: &str, task: &Task) -> Box<dyn Controller> {
-    let mut what = Extern { name: name.into(), settings: Default::default() };
-    if name == "proportional" {
-        what.settings.insert("gain".into(), Setting::Number(5.0));
-    }
-    controller(&what, task).unwrap()
+    set(name, task, &[])
+}
+
+/// The same with some settings changed.
+fn set(name: &str, task: &Task, changes: &[(&str, Setting)]) -> Box<dyn Controller> {
+    let settings: &[(&str, Setting)] = match name {
+        "proportional" => &[("gain", Setting::Number(5.0))],
+        "consensus" => &[("gain", Setting::Number(2.0)), ("feedforward", Setting::Truth(false))],
+        "distance_gradient" => &[("gain", Setting::Number(5.0))],
+        "potential_field" => &[
+            ("attraction", Setting::Number(5.0)),
+            ("repulsion", Setting::Number(1e-3)),
+            ("reach", Setting::Number(0.3)),
+        ],
+        "predictive" => &[("ahead", Setting::Number(10.0)), ("margin", Setting::Number(0.03))],
+        _ => &[],
+    };
+    let settings = settings.iter().chain(changes).map(|(name, value)| (name.to_string(), value.clone()));
+    controller(&Extern { name: name.into(), settings: settings.collect() }, task).unwrap()
 }
 
 /// Three followers of a leader that moves at random, each begun within a metre of its slot.
@@ -143,7 +158,8 @@ fn what_cannot_steer_is_refused() {
     let unison = || sample::unison(sample::point());
     assert_eq!(
         message("orakel", &[], unison()),
-        "there is no controller `orakel` in the simulator; it has oracle, clairvoyant, proportional"
+        "there is no controller `orakel` in the simulator; it has oracle, clairvoyant, proportional, \
+         consensus, distance_gradient, potential_field, predictive"
     );
     assert_eq!(
         message("oracle", &[("gain", Setting::Number(1.0))], unison()),
@@ -173,10 +189,12 @@ fn every_listed_name_is_implemented_and_reads_what_it_says() {
         let (task, _) = chase(sample::point(), 0);
         let read = controller_settings(name).unwrap();
         made(name, &task);
-        assert_eq!(read.contains(&"gain"), *name == "proportional");
+        assert_eq!(read.contains(&"margin"), *name == "predictive");
     }
     assert_eq!(controller_settings("nobody"), None);
 }
+
+mod laws;
 
 proptest! {
     #![proptest_config(sample::cases(100))]

@@ -408,7 +408,7 @@ fn model(plan: &Plan) -> Model {
         Constraint::Displacements { about: 1, displacements: displacements(), turned: true },
         Constraint::Distances { lengths, edges: EDGES.into() },
     ];
-    let formation = |constraint| Shape { first: 2, members: 3, constraint };
+    let formation = |constraint| Shape { first: 2, members: 3, about: None, graph: Graph::Star, constraint };
     let track = &plan.tracks[0];
     Model {
         outlines: (0..8).map(outline).collect(),

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use mpgx_lang::plan::Graph;
+
 use super::{Draws, MOST_VARIABLES, Number, Vector, Who};
 use crate::maths::{self, Vec2};
 use crate::outline::Outline;
@@ -44,6 +46,9 @@ pub(crate) struct Model {
 pub(crate) struct Formation {
     pub first: usize,
     pub members: usize,
+    /// The agent it is about or that is in it besides its members; with it, the first node of its graph.
+    pub about: Option<usize>,
+    pub graph: Graph,
     pub constraint: Constraint,
 }
 
@@ -95,6 +100,18 @@ impl Formation {
     /// How many members have a place.
     pub fn places(&self) -> usize {
         if matches!(self.constraint, Constraint::Displacements { .. }) { self.members } else { 0 }
+    }
+
+    /// Whether an agent is a member.
+    pub fn has(&self, agent: usize) -> bool {
+        (self.first..self.first + self.members).contains(&agent)
+    }
+
+    /// All neighbours, in the order of the edges.
+    pub fn neighbours(&self) -> impl Iterator<Item = [usize; 2]> {
+        let nodes: Vec<usize> = self.about.into_iter().chain(self.first..self.first + self.members).collect();
+        let edges: Vec<_> = self.graph.iter(nodes.len()).collect();
+        edges.into_iter().filter_map(move |(a, b)| Some([*nodes.get(a)?, *nodes.get(b)?]))
     }
 
     /// The neighbours whose distance is prescribed.

@@ -51,7 +51,8 @@ pub(super) fn formation(
             Constraint::Distances { lengths: exprs.iter().map(length).collect::<Result<_, _>>()?, edges }
         }
     };
-    Ok(Formation { first: members.start, members: members.len(), constraint })
+    let (about, graph) = (formation.about, formation.graph.clone());
+    Ok(Formation { first: members.start, members: members.len(), about, graph, constraint })
 }
 
 /// One expression for each member.
