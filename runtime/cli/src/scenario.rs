@@ -13,13 +13,26 @@ use crate::failure::{Exit, Failure};
 
 /// The scenarios that come with mpgx: name and text.
 pub const EMBEDDED: &[(&str, &str)] = &[
+    ("angular_or_xy", include_str!("../../../scenarios/angular_or_xy.scn")),
+    ("consensus_triangle", include_str!("../../../scenarios/consensus_triangle.scn")),
     ("flock_among_pillars", include_str!("../../../scenarios/flock_among_pillars.scn")),
+    ("growth", include_str!("../../../scenarios/growth.scn")),
+    ("kinematics", include_str!("../../../scenarios/kinematics.scn")),
+    ("larger_teams", include_str!("../../../scenarios/larger_teams.scn")),
+    ("leader_changes", include_str!("../../../scenarios/leader_changes.scn")),
+    ("leader_loss", include_str!("../../../scenarios/leader_loss.scn")),
     ("listing_slips", include_str!("../../../scenarios/listing_slips.scn")),
+    ("literal_listing", include_str!("../../../scenarios/literal_listing.scn")),
+    ("regulation_obstacles", include_str!("../../../scenarios/regulation_obstacles.scn")),
+    ("robust_sensing", include_str!("../../../scenarios/robust_sensing.scn")),
     ("scaling", include_str!("../../../scenarios/scaling.scn")),
     ("square_unison", include_str!("../../../scenarios/square_unison.scn")),
     ("square_unison_points", include_str!("../../../scenarios/square_unison_points.scn")),
+    ("track_circle", include_str!("../../../scenarios/track_circle.scn")),
+    ("track_paper", include_str!("../../../scenarios/track_paper.scn")),
     ("track_random", include_str!("../../../scenarios/track_random.scn")),
     ("track_random_unicycle", include_str!("../../../scenarios/track_random_unicycle.scn")),
+    ("track_square", include_str!("../../../scenarios/track_square.scn")),
 ];
 
 /// A source file may not be larger than this.

@@ -5,17 +5,18 @@ mod lanes;
 use mpgx_lang::plan::{Extern, Place};
 
 use crate::error::SimError;
-use crate::maths::{Vec2, add, clamp, dot, norm, scale, subtract, wrap};
+use crate::maths::{Vec2, add, clamp, cross, dot, norm, rotate, scale, subtract, wrap};
 use crate::settings::{Settings, list};
 
 /// The names of all bodies.
-pub const BODIES: &[&str] = &["point", "unicycle", "holonomic"];
+pub const BODIES: &[&str] = &["point", "unicycle", "steered", "holonomic"];
 
 /// The settings that a body reads; `None` if there is no such body.
 pub fn body_settings(name: &str) -> Option<&'static [&'static str]> {
     match name {
         "point" => Some(&["acceleration"]),
         "unicycle" => Some(&["hand", "drive", "turn", "rate", "acceleration"]),
+        "steered" => Some(&["hand", "drive", "turn", "acceleration"]),
         "holonomic" => Some(&["turn", "acceleration"]),
         _ => None,
     }
@@ -43,6 +44,8 @@ enum Kinematics {
     /// Moves as commanded.
     Point,
     Unicycle(Unicycle),
+    /// A unicycle that is commanded in its own frame: ahead, and what the turn moves the hand point to the left.
+    Steered(Unicycle),
     /// Moves as commanded and turns its heading towards where it is told to go, within these limits of the
     /// turn rate, rad/s.
     Holonomic {
@@ -83,7 +86,11 @@ impl Body {
         };
         let settings = Settings::new(what, known, at)?;
         let kinematics = match what.name.as_str() {
-            "unicycle" => Kinematics::Unicycle(Unicycle::new(&settings, dt_s, at)?),
+            "unicycle" => {
+                let inner = (dt_s * settings.positive("rate", false)?).round().max(1.0);
+                Kinematics::Unicycle(Unicycle::new(&settings, dt_s, inner, at)?)
+            }
+            "steered" => Kinematics::Steered(Unicycle::new(&settings, dt_s, 1.0, at)?),
             "holonomic" => Kinematics::Holonomic { turn_radps: settings.range("turn")? },
             _ => Kinematics::Point,
         };
@@ -100,7 +107,12 @@ impl Body {
 
     /// Whether the position follows the command, whatever the heading.
     pub fn goes_anywhere(&self) -> bool {
-        !matches!(self.kinematics, Kinematics::Unicycle(_))
+        !matches!(self.kinematics, Kinematics::Unicycle(_) | Kinematics::Steered(_))
+    }
+
+    /// The command that asks for a velocity at a heading, m/s.
+    pub fn command(&self, heading: f64, velocity: Vec2) -> Vec2 {
+        if matches!(self.kinematics, Kinematics::Steered(_)) { rotate(velocity, -heading) } else { velocity }
     }
 
     /// The command that the limit of the acceleration leaves of `command` after that of the step before, m/s.
@@ -118,7 +130,10 @@ impl Body {
         let shifted = || Pose { position: add(pose.position, scale(command, dt_s)), ..pose };
         match &self.kinematics {
             Kinematics::Point => shifted(),
-            Kinematics::Unicycle(unicycle) => unicycle.moved(pose, command),
+            Kinematics::Unicycle(unicycle) => {
+                unicycle.moved(pose, |ahead| [dot(ahead, command), cross(ahead, command)])
+            }
+            Kinematics::Steered(unicycle) => unicycle.moved(pose, |_| command),
             Kinematics::Holonomic { .. } if command == [0.0; 2] => pose,
             &Kinematics::Holonomic { turn_radps: (low, high) } => {
                 let way = wrap(libm::atan2(command[1], command[0]) - pose.heading);
@@ -130,8 +145,7 @@ impl Body {
 }
 
 impl Unicycle {
-    fn new(settings: &Settings, dt_s: f64, at: &Place) -> Result<Unicycle, SimError> {
-        let inner = (dt_s * settings.positive("rate", false)?).round().max(1.0);
+    fn new(settings: &Settings, dt_s: f64, inner: f64, at: &Place) -> Result<Unicycle, SimError> {
         if inner > MOST_INNER {
             return Err(SimError::OutOfRange {
                 what: "number of inner steps (`dt` times `rate`)".into(),
@@ -156,12 +170,14 @@ impl Unicycle {
     /// the inverse of the hand point's kinematics ṗ = v (cos θ, sin θ) + hand ω (−sin θ, cos θ), each clipped to
     /// its limits. The axle then runs along the exact arc of (v, ω): a chord of length v τ sinc(ω τ / 2) in the
     /// direction θ + ω τ / 2.
-    fn moved(&self, pose: Pose, command: Vec2) -> Pose {
+    ///
+    /// `command` gives a in the robot's own frame for its direction (cos θ, sin θ).
+    fn moved(&self, pose: Pose, command: impl Fn(Vec2) -> Vec2) -> Pose {
         let Pose { mut position, mut heading } = pose;
         let (sin, cos) = libm::sincos(heading);
         let mut ahead = [cos, sin];
         for _ in 0..self.inner {
-            let (v, omega) = self.wheels(ahead, command);
+            let (v, omega) = self.wheels(command(ahead));
             let half = omega * self.inner_s / 2.0;
             let (sin, cos) = libm::sincos(half);
             let sinc = if half == 0.0 { 1.0 } else { sin / half };
@@ -175,10 +191,9 @@ impl Unicycle {
         Pose { position, heading: wrap(heading) }
     }
 
-    /// (v, ω) within their limits, for the direction `ahead` = (cos θ, sin θ).
-    fn wheels(&self, ahead: Vec2, command: Vec2) -> (f64, f64) {
-        let v = ahead[0] * command[0] + ahead[1] * command[1];
-        let omega = (-ahead[1] * command[0] + ahead[0] * command[1]) / self.hand_m;
+    /// (v, ω) within their limits, for a velocity of the hand point ahead and to the left.
+    fn wheels(&self, [v, left]: Vec2) -> (f64, f64) {
+        let omega = left / self.hand_m;
         (clamp(v, self.drive_mps.0, self.drive_mps.1), clamp(omega, self.turn_radps.0, self.turn_radps.1))
     }
 }
@@ -236,6 +251,24 @@ mod tests {
         let expected = pose(0.5 * sin + 0.15 * cos, 0.5 * (1.0 - cos) + 0.15 * sin, 0.1);
         let body = unicycle(0.15, 1.0, 5.0, 10.0);
         assert_near(body.moved(pose(0.15, 0.0, 0.0), [0.5, 0.15], DT), expected);
+    }
+
+    /// The same arc, commanded in the robot's own frame, whatever its heading.
+    #[test]
+    fn a_steered_robot_follows_the_same_arc() {
+        let settings = [
+            ("hand", Setting::Number(0.15)),
+            ("drive", Setting::Range(-1.0, 1.0)),
+            ("turn", Setting::Range(-5.0, 5.0)),
+        ];
+        let settings = settings.map(|(name, value)| (name.to_string(), value)).into();
+        let body = Body::new(&Extern { name: "steered".into(), settings }, DT, &Place::default()).unwrap();
+        let (sin, cos) = (0.099_833_416_646_828_15, 0.995_004_165_278_025_8);
+        let expected = [0.5 * sin + 0.15 * cos, 0.5 * (1.0 - cos) + 0.15 * sin];
+        assert_near(body.moved(pose(0.15, 0.0, 0.0), [0.5, 0.15], DT), pose(expected[0], expected[1], 0.1));
+        let up = body.moved(pose(0.0, 0.15, FRAC_PI_2), [0.5, 0.15], DT);
+        assert_near(up, pose(-expected[1], expected[0], FRAC_PI_2 + 0.1));
+        assert!(distance(body.command(FRAC_PI_2, [0.0, 1.0]), [1.0, 0.0]) < 1e-12);
     }
 
     #[test]

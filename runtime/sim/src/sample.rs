@@ -80,6 +80,13 @@ pub fn unicycle() -> Extern {
     Extern { name: "unicycle".into(), settings: settings.map(|(name, value)| (name.into(), value)).into() }
 }
 
+/// The same robot, commanded in its own frame.
+pub fn steered() -> Extern {
+    let mut body = Extern { name: "steered".into(), ..unicycle() };
+    body.settings.remove("rate");
+    body
+}
+
 /// A motion without states, that goes on at `velocity`.
 pub fn velocity(velocity: Expr) -> Control {
     Control::Motion(Motion {

@@ -36,7 +36,8 @@ pub struct Step {
     pub error_m: f64,
     /// Pairs of agents whose outlines are closer than the safety distance (65535 if more).
     pub collisions: u16,
-    /// Pairs of an agent and an obstacle that it was in, before any was put back (65535 if more).
+    /// Pairs of an agent and an obstacle that it was in, before any was put back (65535 if more): of an obstacle that
+    /// stops some agents only those, of others all.
     pub hits: u16,
     /// Whether an agent was outside its arena, before any was put back.
     pub outside: bool,

@@ -28,6 +28,8 @@ pub struct Task {
     pub(crate) obstacles: Arc<[usize]>,
     /// Agents that are stopped, and by which obstacles.
     pub(crate) stopped: Vec<(usize, Vec<usize>)>,
+    /// Pairs of an agent and an obstacle that it may not be in: one that stops it, or that stops nobody.
+    pub(crate) barred: Vec<(usize, usize)>,
     /// The agents that the policy commands, in the order of the action.
     pub(crate) learned: Vec<usize>,
     /// The agents and obstacles whose velocity nothing commands.

@@ -58,7 +58,7 @@ fn error_m(task: &Task, name: &str) -> f64 {
 fn scenarios_run_and_their_controllers_rank_as_they_should() {
     let points = SQUARE_UNISON.replace("unicycle(hand = 0.15 m)", "point");
     assert_ne!(points, SQUARE_UNISON);
-    for (text, tasks_expected) in [(SQUARE_UNISON, 2), (points.as_str(), 2), (TRACK_RANDOM, 3)] {
+    for (text, tasks_expected) in [(SQUARE_UNISON, 2), (points.as_str(), 2), (TRACK_RANDOM, 7)] {
         let tasks = tasks(&plan(text));
         assert_eq!(tasks.len(), tasks_expected);
         for task in &tasks {

@@ -72,23 +72,28 @@ impl Aims {
         self.aims.iter().map(target).collect()
     }
 
-    /// Fills the action with what `velocity` gives for each learned agent and its place in `seen`, m/s.
+    /// Fills the action with the command, m/s, that `command` gives for each learned agent and its place in `seen`.
     pub fn command(
         &self,
         task: &Task,
         seen: &Episode,
         action: &mut [f32],
-        velocity: impl Fn(usize, Vec2) -> Vec2,
+        command: impl Fn(usize, Vec2) -> Vec2,
     ) {
         for (target, action) in self.targets(task, seen).iter().zip(action.chunks_exact_mut(2)) {
-            write(task, target.agent, velocity(target.agent, target.place), action);
+            write(task, target.agent, command(target.agent, target.place), action);
         }
     }
 }
 
-/// The action of one agent for a velocity, m/s.
-pub(super) fn write(task: &Task, agent: usize, velocity: Vec2, action: &mut [f32]) {
-    action.copy_from_slice(&velocity.map(|v| task.agents[agent].action(v)));
+/// The action of one agent for a command, m/s.
+pub(super) fn write(task: &Task, agent: usize, command: Vec2, action: &mut [f32]) {
+    action.copy_from_slice(&command.map(|v| task.agents[agent].action(v)));
+}
+
+/// The command that asks for a velocity of an agent, m/s.
+pub(super) fn asking(task: &Task, episode: &Episode, agent: usize, velocity: Vec2) -> Vec2 {
+    task.agents[agent].body.command(episode.heading(agent), velocity)
 }
 
 /// How far apart the formation itself wants `of` and another agent, m: infinitely far if it does not tell.

@@ -1,6 +1,7 @@
 //! Control laws that are sums over the neighbours in a formation.
 
-use super::aims::write;
+use super::aims::{asking, write};
+use crate::episode::Episode;
 use crate::error::SimError;
 use crate::maths::{Vec2, add, subtract};
 use crate::task::Task;
@@ -50,6 +51,7 @@ impl Bonds {
     pub fn command(
         &self,
         task: &Task,
+        episode: &Episode,
         action: &mut [f32],
         velocity: impl Fn(usize) -> Vec2,
         mut pull: impl FnMut(&Edge) -> Vec2,
@@ -62,7 +64,7 @@ impl Bonds {
             sums[b] = subtract(sums[b], pull);
         }
         for (&agent, action) in task.learned.iter().zip(action.chunks_exact_mut(2)) {
-            write(task, agent, sums[agent], action);
+            write(task, agent, asking(task, episode, agent, sums[agent]), action);
         }
     }
 }

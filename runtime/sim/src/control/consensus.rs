@@ -51,7 +51,7 @@ impl Controller for Consensus {
             slot.map_or([0.0; 2], |slot| subtract(episode.position(agent), slot))
         };
         let pull = |ends: [usize; 2]| scale(subtract(astray(ends[0]), astray(ends[1])), -self.gain);
-        self.bonds.command(task, action, velocity, |edge| pull(edge.ends));
+        self.bonds.command(task, episode, action, velocity, |edge| pull(edge.ends));
     }
 }
 

@@ -30,6 +30,7 @@ impl Controller for DistanceGradient {
         let mut scene = task.scene(episode);
         self.bonds.command(
             task,
+            episode,
             action,
             |_| [0.0; 2],
             |edge| {

@@ -4,8 +4,8 @@
 //! average. Oracle B also knows where scripted agents will be after the step.
 //!
 //! For a body that moves as commanded the best step is exact: the way to the slot in one time step, clipped on
-//! each axis. For a unicycle, or where the acceleration is limited, the step itself is tried out. If the dead-beat command, corrected a few times by what it misses,
-//! reaches the slot, it is the best. If not, pattern searches from the best commands of a grid find the one
+//! each axis. For a unicycle, or where the acceleration is limited, the step itself is tried out. If the dead-beat
+//! command, corrected a few times by what it misses, reaches the slot, it is the best. If not, pattern searches from the best commands of a grid find the one
 //! whose step ends closest, to better than 1e-4 m.
 
 use super::Controller;
@@ -63,11 +63,12 @@ const STARTS: usize = 5;
 /// Corrections of the dead-beat command.
 const CORRECTIONS: usize = 4;
 
-/// The velocity command within the agent's limits whose step ends closest to `slot`, m/s.
+/// The command within the agent's limits whose step ends closest to `slot`, m/s.
 pub(super) fn best(task: &Task, episode: &Episode, agent: usize, slot: Vec2) -> Vec2 {
     let (body, limits) = (&task.agents[agent].body, task.agents[agent].speed_mps);
     let (pose, before) = (episode.pose(agent), episode.agents.command[agent]);
-    let mut command = clamp_axes(divide(subtract(slot, pose.position), task.dt_s), limits);
+    let towards = |way| body.command(pose.heading, divide(way, task.dt_s));
+    let mut command = clamp_axes(towards(subtract(slot, pose.position)), limits);
     if body.goes_anywhere() && body.limited(before, command) == command {
         return command;
     }
@@ -78,7 +79,7 @@ pub(super) fn best(task: &Task, episode: &Episode, agent: usize, slot: Vec2) -> 
         if norm(rest) < CLOSE_M {
             return command;
         }
-        command = clamp_axes(add(command, divide(rest, task.dt_s)), limits);
+        command = clamp_axes(add(command, towards(rest)), limits);
     }
     let miss = |command| norm(missing(command));
     let starts = grid(limits, GRID).chain([command]).map(|best| Search::new(miss, limits, best)).collect();

@@ -1,7 +1,7 @@
 //! Artificial potential fields.
 
 use super::Controller;
-use super::aims::{Aims, Target, spacing, write};
+use super::aims::{Aims, Target, asking, spacing, write};
 use crate::episode::Episode;
 use crate::maths::{Vec2, add, norm, scale, subtract};
 use crate::outline::{Nearest, Outline};
@@ -62,7 +62,8 @@ impl Controller for PotentialField {
     fn command(&mut self, task: &Task, episode: &Episode, action: &mut [f32]) {
         let targets = self.aims.targets(task, episode);
         for (of, action) in targets.iter().zip(action.chunks_exact_mut(2)) {
-            write(task, of.agent, self.velocity(task, episode, &targets, of), action);
+            let velocity = self.velocity(task, episode, &targets, of);
+            write(task, of.agent, asking(task, episode, of.agent, velocity), action);
         }
     }
 }

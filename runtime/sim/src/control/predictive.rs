@@ -117,6 +117,7 @@ impl Outlook<'_> {
         let mut path = vec![pose.position];
         for (k, place) in self.places.iter().enumerate().skip(1) {
             let straight = divide(subtract(*place, pose.position), task.dt_s);
+            let straight = agent.body.command(pose.heading, straight);
             let wanted = clamp_axes(if k <= hold { command } else { straight }, agent.speed_mps);
             before = agent.body.limited(before, wanted);
             pose = agent.body.moved(pose, before, task.dt_s);

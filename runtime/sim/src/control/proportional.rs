@@ -1,7 +1,7 @@
 //! The proportional controller: a velocity of `gain` times the way to the place.
 
 use super::Controller;
-use super::aims::Aims;
+use super::aims::{Aims, asking};
 use crate::episode::Episode;
 use crate::maths::{scale, subtract};
 use crate::task::Task;
@@ -21,7 +21,8 @@ impl Proportional {
 impl Controller for Proportional {
     fn command(&mut self, task: &Task, episode: &Episode, action: &mut [f32]) {
         self.aims.command(task, episode, action, |agent, place| {
-            scale(subtract(place, episode.position(agent)), self.gain)
+            let velocity = scale(subtract(place, episode.position(agent)), self.gain);
+            asking(task, episode, agent, velocity)
         });
     }
 }

@@ -70,7 +70,7 @@ fn the_oracle_brings_each_point_to_its_old_slot_or_as_near_as_its_limits_allow()
 
 #[test]
 fn the_clairvoyant_leaves_no_error_within_its_reach() {
-    for body in [sample::point(), sample::unicycle()] {
+    for body in [sample::point(), sample::unicycle(), sample::steered()] {
         // A leader that a unicycle can follow sideways, too: 0.4 √2 m/s < 5 rad/s of 0.15 m.
         let (mut task, mut episode) = chase(body, 1);
         task.agents[0].speed_mps = (-0.4, 0.4);

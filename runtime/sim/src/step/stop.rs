@@ -12,14 +12,12 @@ const GAP_M: f64 = 1e-9;
 const MOST_ROUNDS: usize = 16;
 
 impl Task {
-    /// Pairs of an agent and an obstacle that it is in.
+    /// Pairs of an agent and an obstacle that it is in and may not be in.
     pub(super) fn hits(&self, episode: &Episode) -> u16 {
         let mut count = 0u16;
-        for &obstacle in self.obstacles.iter() {
-            for &agent in self.everyone.iter() {
-                let inside = clearance(&self.model, &episode.agents.position, agent, obstacle) < 0.0;
-                count = count.saturating_add(u16::from(inside));
-            }
+        for &(agent, obstacle) in &self.barred {
+            let inside = clearance(&self.model, &episode.agents.position, agent, obstacle) < 0.0;
+            count = count.saturating_add(u16::from(inside));
         }
         count
     }

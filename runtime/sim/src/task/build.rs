@@ -27,6 +27,7 @@ impl Task {
         let bodies =
             world.groups.iter().map(|group| body(group, world.dt_s)).collect::<Result<Vec<_>, _>>()?;
         let layout = Layout::new(&plan.params, world, model(plan, world, &bodies)?);
+        let stopped = stopped(&layout)?;
         let mut task = Task {
             dt_s: world.dt_s,
             horizon: world.horizon,
@@ -34,7 +35,8 @@ impl Task {
             agents: Vec::new(),
             everyone: layout.everyone.clone(),
             obstacles: layout.obstacles.clone(),
-            stopped: stopped(&layout)?,
+            barred: barred(&layout, &stopped),
+            stopped,
             learned: world.learned(),
             uncommanded: Vec::new(),
             scripts: Vec::new(),
@@ -290,6 +292,20 @@ fn stopped(layout: &Layout) -> Result<Vec<(usize, Vec<usize>)>, SimError> {
         }
     }
     Ok(stopped)
+}
+
+/// Which agent may not be in which obstacle.
+fn barred(layout: &Layout, stopped: &[(usize, Vec<usize>)]) -> Vec<(usize, usize)> {
+    let mut barred = Vec::new();
+    for &obstacle in layout.obstacles.iter() {
+        let before = barred.len();
+        let by_it = stopped.iter().filter(|(_, by)| by.contains(&obstacle));
+        barred.extend(by_it.map(|(agent, _)| (*agent, obstacle)));
+        if barred.len() == before {
+            barred.extend(layout.everyone.iter().map(|agent| (*agent, obstacle)));
+        }
+    }
+    barred
 }
 
 fn randomised(layout: &Layout) -> Result<Vec<Randomised>, SimError> {

@@ -196,6 +196,26 @@ fn the_potential_field_is_that_worked_out_by_hand() {
     near(&commanded(&mut *controller, &task, &begun(&task, &[[0.3, 0.25]])), &[[0.0, 0.7]]);
 }
 
+/// Laws ask for velocities: one that is commanded in its own frame moves as the unicycle does.
+#[test]
+fn laws_steer_a_robot_in_its_own_frame() {
+    for name in ["proportional", "consensus", "distance_gradient", "potential_field", "predictive"] {
+        let ends = [sample::unicycle(), sample::steered()].map(|body| {
+            let task = sample::task(sample::unison(body));
+            let mut episode = begun(&task, &[]);
+            let mut action = vec![0.0; task.action_len()];
+            let mut controller = made(name, &task);
+            let mut error = 0.0;
+            for _ in 0..150 {
+                controller.command(&task, &episode, &mut action);
+                error = task.step(&mut episode, &action, Mode::Evaluate).error_m;
+            }
+            error
+        });
+        assert!((ends[0] - ends[1]).abs() < 0.02 && ends[1] < 0.05, "{name}: {ends:?} m");
+    }
+}
+
 #[test]
 fn a_formation_is_at_rest_in_its_own_field() {
     let (task, mut episode) = chase(sample::point(), 0);

@@ -154,9 +154,14 @@ fn hits_count_pairs_of_the_new_state() {
     // Agents on top of each other collide, at any distance up to their radii; obstacles never do.
     assert_eq!(step.collisions, 1);
     crowd.groups[1..].iter_mut().for_each(|obstacle| obstacle.stops = vec![0]);
-    let (step, episode) = stepped(crowd);
+    let (step, episode) = stepped(crowd.clone());
     assert_eq!((step.hits, step.reward), (4, 0.0));
     assert!(norm(episode.position(0)) > 0.05);
+    // An obstacle that stops some lets others pass.
+    crowd.groups.push(group("ghost", 1, sample::point(), Control::Still, Some(vector(0.35, 0.0))));
+    assert_eq!(stepped(crowd.clone()).0.hits, 4);
+    crowd.groups[1].stops.clear();
+    assert_eq!(stepped(crowd).0.hits, 5);
 }
 
 #[test]
