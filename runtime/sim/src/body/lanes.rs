@@ -18,7 +18,7 @@ impl Body {
         match &self.kinematics {
             Kinematics::Point => *position = by_axis(position, command, |p, v| p + v * dt_s),
             Kinematics::Unicycle(unicycle) => unicycle.move_lanes(position, heading, command),
-            Kinematics::Holonomic { .. } => {
+            Kinematics::Steered(_) | Kinematics::Holonomic { .. } => {
                 for (lane, heading) in heading.iter_mut().enumerate() {
                     let pose = Pose { position: at(position, lane), heading: *heading };
                     let pose = self.moved(pose, at(command, lane), dt_s);

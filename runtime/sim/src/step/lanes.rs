@@ -68,11 +68,9 @@ impl Task {
 
     fn hits_lanes(&self, tile: &Tile) -> [u16; LANES] {
         let mut count = [0u16; LANES];
-        for &obstacle in self.obstacles.iter() {
-            for &agent in self.everyone.iter() {
-                let clearance = clearance_lanes(&self.model, &tile.agents.position, agent, obstacle);
-                add_where(&mut count, &clearance, 0.0);
-            }
+        for &(agent, obstacle) in &self.barred {
+            let clearance = clearance_lanes(&self.model, &tile.agents.position, agent, obstacle);
+            add_where(&mut count, &clearance, 0.0);
         }
         count
     }
