@@ -3,7 +3,7 @@
 use crate::kernels::AdamStep;
 use crate::network::Mlp;
 
-const BETA_1: f64 = 0.9;
+pub(crate) const BETA_1: f64 = 0.9;
 const BETA_2: f64 = 0.999;
 const EPSILON: f64 = 1e-8;
 

@@ -8,6 +8,10 @@ use crate::error::LearnError;
 const UPDATE: [&str; 5] = ["loss/critic", "q/q1", "q/q2", "q/gap", "q/delta_adj"];
 const ACTOR: [&str; 2] = ["loss/actor", "action/saturation"];
 const STEP: [&str; 1] = ["noise/explore"];
+/// Of the updates whose gradients are looked at, and of episodes.
+const CRITIC_GRADIENT: [&str; 1] = ["grad/critic"];
+const ACTOR_GRADIENT: [&str; 1] = ["grad/actor"];
+const EPISODE: [&str; 1] = ["q/estimate_minus_return"];
 
 /// Sums of several metrics over a number of occasions.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,11 +57,21 @@ pub(crate) struct Health {
     update: Sums<5>,
     actor: Sums<2>,
     step: Sums<1>,
+    critic_gradient: Sums<1>,
+    actor_gradient: Sums<1>,
+    episode: Sums<1>,
 }
 
 impl Health {
     pub(crate) fn new() -> Self {
-        Self { update: Sums::new(), actor: Sums::new(), step: Sums::new() }
+        Self {
+            update: Sums::new(),
+            actor: Sums::new(),
+            step: Sums::new(),
+            critic_gradient: Sums::new(),
+            actor_gradient: Sums::new(),
+            episode: Sums::new(),
+        }
     }
 
     /// Of a step explored with noise of this standard deviation.
@@ -72,19 +86,40 @@ impl Health {
         }
     }
 
+    /// Of the gradients of both critics, and of the actor's.
+    pub(crate) fn critic_gradients(&mut self, norms: [f32; 2]) {
+        self.critic_gradient.add([(norms[0] + norms[1]) / 2.0]);
+    }
+
+    pub(crate) fn actor_gradient(&mut self, norm: f32) {
+        self.actor_gradient.add([norm]);
+    }
+
+    pub(crate) fn looked_back(&mut self, estimate_minus_return: f32) {
+        self.episode.add([estimate_minus_return]);
+    }
+
     pub(crate) fn take(&mut self) -> Vec<(&'static str, f32)> {
-        self.update.take(UPDATE).chain(self.actor.take(ACTOR)).chain(self.step.take(STEP)).collect()
+        let updates = self.update.take(UPDATE).chain(self.actor.take(ACTOR)).chain(self.step.take(STEP));
+        let gradients =
+            self.critic_gradient.take(CRITIC_GRADIENT).chain(self.actor_gradient.take(ACTOR_GRADIENT));
+        updates.chain(gradients).chain(self.episode.take(EPISODE)).collect()
     }
 
     pub(crate) fn save(&self, writer: &mut Writer<'_>) {
         self.update.save(writer);
         self.actor.save(writer);
-        self.step.save(writer);
+        for one in [&self.step, &self.critic_gradient, &self.actor_gradient, &self.episode] {
+            one.save(writer);
+        }
     }
 
     pub(crate) fn restore(&mut self, reader: &mut Reader<'_>) -> Result<(), LearnError> {
         self.update.restore(reader)?;
         self.actor.restore(reader)?;
-        self.step.restore(reader)
+        for one in [&mut self.step, &mut self.critic_gradient, &mut self.actor_gradient, &mut self.episode] {
+            one.restore(reader)?;
+        }
+        Ok(())
     }
 }

@@ -8,10 +8,12 @@ use crate::bytes::{Reader, Writer};
 use crate::config::{Backend, Config, Count, Decay, InnerBatch};
 use crate::error::LearnError;
 use crate::health::Health;
+use crate::hindsight::Hindsight;
 use crate::kernels::Simd;
 use crate::network::Mlp;
 use crate::noise::{self, Exploration};
 use crate::policy::{Evaluation, Policy};
+use crate::probe::{PROBE_EVERY, Probe};
 use crate::replay::{Replay, Transition};
 use crate::varying::Varying;
 
@@ -36,6 +38,8 @@ pub struct Learner {
     /// Share of the training budget that is spent.
     progress: f64,
     health: Health,
+    /// Of the critics and the actor.
+    probes: [Probe; 3],
     evaluation: Evaluation,
     batch: Batch,
     noise: Vec<f32>,
@@ -79,8 +83,11 @@ impl Learner {
         let (actor_sizes, critic_sizes) = (sizes(state, action), sizes(state + action, 1));
         let critics = [network(1, &critic_sizes), network(2, &critic_sizes)];
         let actor = network(0, &actor_sizes);
+        let networks = ActorCritic::new(simd, actor, critics, config.target_actor, config.batch);
+        let [first, second] = &networks.critic_adams;
         Ok(Self {
-            networks: ActorCritic::new(simd, actor, critics, config.target_actor, config.batch),
+            probes: [first, second, &networks.actor_adam].map(Probe::new),
+            networks,
             replay: Replay::new(state, action, config.replay),
             replay_needed: 0,
             exploration: Exploration::new(&config),
@@ -223,12 +230,44 @@ impl Learner {
             tau: config.tau.at(self.progress),
             delayed: counted.is_multiple_of(config.delay),
         };
-        let seen = match config.backend {
+        let (look_at_critics, look_at_actor) = self.looks(rule.delayed);
+        self.begin_looks(look_at_critics, look_at_actor);
+        let seen = match self.config.backend {
             Backend::Native => self.networks.update(&self.batch, &self.noise, &rule),
             Backend::Dfdx => autodiff::update(&mut self.networks, &self.batch, &self.noise, &rule),
         };
         self.health.updated(&seen);
+        self.end_looks(look_at_critics, look_at_actor);
         self.judge(&seen)
+    }
+
+    /// Whether the gradients of the critics and of the actor are looked at in this update: those of the critics
+    /// every [`PROBE_EVERY`] updates, that of the actor where it changes next.
+    fn looks(&self, delayed: bool) -> (bool, bool) {
+        let since = self.updates % PROBE_EVERY;
+        (since == 0, delayed && since < self.config.delay)
+    }
+
+    fn begin_looks(&mut self, critics: bool, actor: bool) {
+        let [first, second, third] = &mut self.probes;
+        if critics {
+            first.begin(&self.networks.critic_adams[0]);
+            second.begin(&self.networks.critic_adams[1]);
+        }
+        if actor {
+            third.begin(&self.networks.actor_adam);
+        }
+    }
+
+    fn end_looks(&mut self, critics: bool, actor: bool) {
+        let [first, second, third] = &self.probes;
+        if critics {
+            let [a, b] = &self.networks.critic_adams;
+            self.health.critic_gradients([first.norm(a), second.norm(b)]);
+        }
+        if actor {
+            self.health.actor_gradient(third.norm(&self.networks.actor_adam));
+        }
     }
 
     /// A step size now.
@@ -242,6 +281,19 @@ impl Learner {
     fn judge(&self, seen: &Seen) -> Result<(), LearnError> {
         self.finite("loss/critic", &[seen.critic_loss])?;
         self.finite("loss/actor", seen.actor.map(|actor| actor.loss).as_slice())
+    }
+
+    /// Compares what the first critic says of the episode that has just ended, of so many steps and robots that
+    /// share the policy, with the return that followed: `q/estimate_minus_return`. Nothing is compared if the
+    /// replay no longer holds the whole episode.
+    pub fn look_back(&mut self, steps: usize, members: usize) {
+        let gamma = self.config.gamma.at(self.progress);
+        let episode =
+            Hindsight { replay: &self.replay, steps, members, gamma, mask: self.config.terminal_mask };
+        let (actor, critic) = (&self.networks.actor, &self.networks.critics[0]);
+        if let Some(off) = episode.estimate_minus_return(self.simd, actor, critic) {
+            self.health.looked_back(off);
+        }
     }
 
     /// Tells that an episode is over.
@@ -275,7 +327,9 @@ impl Learner {
 
     /// Means since last asked: `loss/critic` (of both), `q/q1`, `q/q2`, `q/gap` (|q̂₁ − q̂₂|), `q/delta_adj`
     /// (max(q̂₁, q̂₂) less the value used), `loss/actor`, `action/saturation` (share of the policy's action
-    /// entries beyond ±0.99), `noise/explore` (standard deviation). What did not occur is left out.
+    /// entries beyond ±0.99), `noise/explore` (standard deviation), `grad/critic` and `grad/actor` (‖∇‖₂, of both
+    /// critics the mean, looked at every 250 updates), `q/estimate_minus_return` (of [`Learner::look_back`]). What
+    /// did not occur is left out.
     pub fn take_health(&mut self) -> Vec<(&'static str, f32)> {
         self.health.take()
     }

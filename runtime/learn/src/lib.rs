@@ -12,6 +12,7 @@ mod bytes;
 mod config;
 mod error;
 mod health;
+mod hindsight;
 mod kernels;
 mod learner;
 pub mod measure;
@@ -19,6 +20,7 @@ mod network;
 mod noise;
 pub mod pendulum;
 mod policy;
+mod probe;
 mod replay;
 mod varying;
 

@@ -32,15 +32,21 @@ impl Evaluation {
 
     /// Whole rows of states in, as many rows of actions out.
     pub(crate) fn act(&mut self, simd: Simd, actor: &Mlp, states: &[f32], actions: &mut [f32]) {
-        let (state, action) = (self.x.features(), self.h.output().features());
-        for (states, actions) in states.chunks(ROWS * state).zip(actions.chunks_mut(ROWS * action)) {
-            self.x.set_rows(states.len() / state);
-            for (row, state) in states.chunks_exact(state).enumerate() {
-                self.x.row_mut(row).copy_from_slice(state);
+        self.outputs(simd, actor, states, actions);
+        actions.iter_mut().for_each(|u| *u = libm::tanhf(*u));
+    }
+
+    /// Of any network, not squashed: whole rows of inputs in, as many rows of outputs out.
+    pub(crate) fn outputs(&mut self, simd: Simd, network: &Mlp, inputs: &[f32], outputs: &mut [f32]) {
+        let (width_in, width_out) = (self.x.features(), self.h.output().features());
+        for (inputs, outputs) in inputs.chunks(ROWS * width_in).zip(outputs.chunks_mut(ROWS * width_out)) {
+            self.x.set_rows(inputs.len() / width_in);
+            for (row, input) in inputs.chunks_exact(width_in).enumerate() {
+                self.x.row_mut(row).copy_from_slice(input);
             }
-            actor.forward(simd, &self.x, &mut self.h);
-            for (row, action) in actions.chunks_exact_mut(action).enumerate() {
-                squash(self.h.output().row(row), action);
+            network.forward(simd, &self.x, &mut self.h);
+            for (row, output) in outputs.chunks_exact_mut(width_out).enumerate() {
+                output.copy_from_slice(self.h.output().row(row));
             }
         }
     }

@@ -94,6 +94,11 @@ impl Replay {
         }
     }
 
+    /// The transition `ago` pushes back, 1 to `len`; 1 is the last.
+    pub(crate) fn back(&self, ago: usize) -> Transition<'_> {
+        self.get(self.slot(self.pushed - ago as u64))
+    }
+
     /// The transition in row `index` < `len`.
     pub(crate) fn get(&self, index: usize) -> Transition<'_> {
         let row = &self.rows[index * self.width()..][..self.width()];

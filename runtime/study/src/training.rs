@@ -203,6 +203,8 @@ impl<'a> Trainer<'a> {
     }
 
     fn end_episode(&mut self, ended: Option<u16>) -> Ended {
+        let members = team::members(&self.ground().task);
+        self.learner.look_back(self.sums.steps as usize, members);
         self.learner.end_episode();
         let Sums { steps, reward, error_m, terms } = std::mem::take(&mut self.sums);
         let error_m = error_m / steps as f64;
@@ -406,7 +408,10 @@ mod tests {
         set(&mut plan, "delay", 700.0);
         let health = trained(&plan).health;
         assert_eq!(health.updates, [500, 1000, 1500]);
-        assert!(health.columns.contains_key("loss/critic"));
+        for metric in ["loss/critic", "grad/critic", "q/estimate_minus_return"] {
+            assert!(health.columns.contains_key(metric), "{metric}");
+        }
+        assert!(health.columns["grad/critic"].iter().all(|norm| *norm > 0.0));
         let actor = &health.columns["loss/actor"];
         assert_eq!((actor[0], actor.len()), (actor[1], 3));
         assert!(health.columns.values().flatten().all(|value| value.is_finite()));

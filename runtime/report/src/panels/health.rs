@@ -22,9 +22,12 @@ const KNOWN: &[(&str, &str)] = &[
     ("q/q2", "Second critic"),
     ("q/gap", "Gap of the critics"),
     ("q/delta_adj", "Momentum adjustment"),
+    ("q/estimate_minus_return", "First critic less the return that followed"),
     ("noise/explore", "Exploration noise"),
     ("loss/critic", "Critic loss"),
     ("loss/actor", "Actor loss"),
+    ("grad/critic", "Gradient of the critics"),
+    ("grad/actor", "Gradient of the actor"),
     ("action/saturation", "Saturated actions"),
 ];
 
