@@ -95,7 +95,7 @@ fn of_cell(plan: &Plan, worlds: &Worlds, cell: &Cell) -> Result<OfCell, StudyErr
     let units = config.hidden.iter().sum::<usize>() as f64;
     let batch = 4.0 * config.batch as f64 * (6.0 * units + 8.0 * row);
     let episodes = steps as f64 / plan.world.horizon as f64;
-    let course = episodes * (25.0 + 8.0 * plan.world.reward.len() as f64) + updates as f64 / 500.0 * 36.0;
+    let course = episodes * (25.0 + 8.0 * plan.world.reward.len() as f64) + updates as f64 / 500.0 * 48.0;
     Ok(OfCell {
         steps,
         updates,
