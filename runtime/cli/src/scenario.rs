@@ -21,7 +21,6 @@ pub const EMBEDDED: &[(&str, &str)] = &[
     ("larger_teams", include_str!("../../../scenarios/larger_teams.scn")),
     ("leader_changes", include_str!("../../../scenarios/leader_changes.scn")),
     ("leader_loss", include_str!("../../../scenarios/leader_loss.scn")),
-    ("listing_slips", include_str!("../../../scenarios/listing_slips.scn")),
     ("literal_listing", include_str!("../../../scenarios/literal_listing.scn")),
     ("regulation_obstacles", include_str!("../../../scenarios/regulation_obstacles.scn")),
     ("robust_sensing", include_str!("../../../scenarios/robust_sensing.scn")),

@@ -99,3 +99,19 @@ pub fn studies_in(folder: &Path) -> Vec<String> {
     studies.sort();
     studies
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_of_a_built_in_suite_has_a_study() {
+        for (name, _) in EMBEDDED {
+            let found = find(name).unwrap().unwrap();
+            let plan = |name: &String| scenario::plan(&found.scenario(name), &[]).unwrap().0;
+            let studies: Vec<Vec<Part>> =
+                found.suite.scenarios.iter().map(|name| mpgx_study::parts(&plan(name)).unwrap()).collect();
+            assert_eq!(found.suite.check(&studies), Ok(()), "{name}");
+        }
+    }
+}
