@@ -30,11 +30,11 @@ pub(super) struct Predictive {
 /// Metres of distance from the place that a missing metre of clearance is worth.
 const WEIGHT: f64 = 100.0;
 /// Commands on each axis of the grid.
-const GRID: usize = 7;
-/// Plans that are improved.
-const STARTS: usize = 3;
+const GRID: usize = 5;
+/// Plans that are improved, for each time of holding.
+const STARTS: usize = 1;
 /// To this fineness, m/s.
-const FINEST_MPS: f64 = 0.01;
+const FINEST_MPS: f64 = 0.02;
 
 impl Controller for Predictive {
     fn command(&mut self, task: &Task, episode: &Episode, action: &mut [f32]) {

@@ -76,7 +76,7 @@ fn bodies_and_their_settings_are_checked() {
     };
     assert_eq!(
         refusal(|w| w.groups[1].body.name = "drone".into()),
-        "there is no body `drone` in the simulator; it has point, unicycle, holonomic (follower.scn:1:1)"
+        "there is no body `drone` in the simulator; it has point, unicycle, steered, holonomic (follower.scn:1:1)"
     );
     assert_eq!(
         refusal(set("wheels", Setting::Number(3.0))),
