@@ -45,7 +45,7 @@ mod tests {
     #[test]
     fn the_norm_is_that_of_what_was_added() {
         let mut adam = Adam::new(&[2, 1]);
-        let mut put = |adam: &mut Adam, values: [f32; 3]| {
+        let put = |adam: &mut Adam, values: [f32; 3]| {
             let layers = adam.m.layers_mut().iter_mut();
             let rows = layers.flat_map(|layer| layer.rows_mut().flatten());
             rows.zip(values).for_each(|(m, value)| *m = value);
