@@ -11,14 +11,16 @@ mod profile;
 mod rank;
 mod student;
 mod t_test;
+mod tolerance;
 
 pub use bootstrap::{RESAMPLES, bootstrap, bootstrap_two};
 pub use location::{iqm, mean, quantile, variance};
 pub use multiple::holm;
-pub use profile::performance_profile;
+pub use profile::{performance_profile, profile_band};
 pub use rank::probability_of_improvement;
 pub use student::{critical_value, two_sided_p};
 pub use t_test::{TTest, t_interval, t_test, welch_test};
+pub use tolerance::{Tolerance, tolerance};
 
 /// A confidence interval, both ends finite.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -14,6 +14,8 @@ struct Case {
     #[serde(default)]
     confidence: f64,
     #[serde(default)]
+    share: f64,
+    #[serde(default)]
     q: f64,
     #[serde(default)]
     thresholds: Vec<f64>,
@@ -46,6 +48,11 @@ fn ours(case: &Case) -> Vec<f64> {
             quantile(&sorted, case.q).into_iter().collect()
         }
         "profile" => performance_profile(x, &case.thresholds),
+        "profile band" => {
+            let band = profile_band(x, &case.thresholds, *confidence).unwrap_or_default();
+            band.into_iter().flat_map(|interval| ends(Some(interval))).collect()
+        }
+        "tolerance" => tolerance(x, case.share, *confidence).map_or(vec![], |it| vec![it.lo, it.hi, it.share]),
         "bootstrap iqm" => ends(bootstrap(x, *confidence, iqm)),
         "bootstrap mean" => ends(bootstrap(x, *confidence, mean)),
         "t interval" => ends(t_interval(x, *confidence)),
@@ -87,6 +94,11 @@ fn what_has_no_answer_gives_none() {
     assert_eq!(bootstrap(&[1.0, f64::NAN], 0.95, mean), None);
     assert_eq!(bootstrap(&[1e308, f64::INFINITY], 0.95, mean), None);
     assert_eq!(bootstrap_two(&[1.0], &[], 0.95, probability_of_improvement), None);
+    assert_eq!(profile_band(&[], &[0.0], 0.95), None);
+    assert_eq!(profile_band(&[1.0], &[0.0], 0.0), None);
+    assert_eq!(tolerance(&[1.0, f64::NAN], 0.9, 0.95), None);
+    assert_eq!(tolerance(&[1.0, 2.0], 1.0, 0.95), None);
+    assert_eq!(tolerance(&[1.0, 2.0], 0.9, 0.0), None);
     assert_eq!(t_interval(&[1.0], 0.95), None);
     assert_eq!(t_interval(&[1.0, 2.0], 0.0), None);
     assert_eq!(t_test(&[1.0], 0.0), None);

@@ -28,6 +28,13 @@ pub fn bootstrap_two(
     percentile((0..RESAMPLES).map(|_| statistic(first.draw(), second.draw())).collect(), confidence)
 }
 
+/// Shows each of the resamples that [`bootstrap`] draws; none of an empty sample.
+pub(super) fn resampled(x: &[f64], mut show: impl FnMut(&mut [f64])) {
+    if let Some(mut sample) = Resampler::new(x, 0) {
+        (0..RESAMPLES).for_each(|_| show(sample.draw()));
+    }
+}
+
 /// Draws from a sample that is not empty.
 struct Resampler<'a> {
     from: &'a [f64],
@@ -49,11 +56,11 @@ impl<'a> Resampler<'a> {
         (!from.is_empty()).then(|| Resampler { from, drawn: from.to_vec(), stream: address.stream() })
     }
 
-    fn draw(&mut self) -> &[f64] {
+    fn draw(&mut self) -> &mut [f64] {
         for place in &mut self.drawn {
             *place = self.from[self.stream.below(self.from.len() as u64) as usize];
         }
-        &self.drawn
+        &mut self.drawn
     }
 }
 
