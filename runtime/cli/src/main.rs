@@ -3,6 +3,7 @@
 mod bench;
 mod failure;
 mod forecast;
+mod import;
 mod progress;
 mod provenance;
 mod scenario;

@@ -153,3 +153,27 @@ fn explain_says_what_a_scenario_means() {
         assert!(out.contains(said), "{said}:\n{out}");
     }
 }
+
+#[test]
+fn results_of_another_program_become_a_page_beside_them() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let results = include_str!("../../study/tests/fixtures/marl_eval.json");
+    fs::write(at("results.json"), results).unwrap();
+    let (code, out, err) = run(folder.path(), &["report", "--import", "results.json"]);
+    assert_eq!(code, Some(0), "{err}");
+    assert!(out.contains("vmas/balance: return") && out.trim_end().ends_with("results.html"), "{out}");
+    let line = out.lines().find(|line| line.starts_with("iql ")).unwrap();
+    assert!(line.contains("72.946 [") && line.ends_with("10       1"), "{line}");
+    assert!(out.contains("ippo against mappo: -6.517 ["), "{out}");
+    assert!(fs::read_to_string(at("results.html")).unwrap().contains("</html>"));
+
+    fs::write(at("broken.json"), results.replace("\"step_count\": 0,", "")).unwrap();
+    let (code, _, err) = run(folder.path(), &["report", "--import", "broken.json"]);
+    assert_eq!(code, Some(2));
+    assert!(err.contains("broken.json: vmas/balance/ippo/seed_0/step_0 has no step_count"), "{err}");
+    assert!(err.contains("help: give each step"), "{err}");
+    assert!(!at("broken.html").exists());
+    assert_eq!(run(folder.path(), &["report", "--import", "missing.json"]).0, Some(74));
+    assert_eq!(run(folder.path(), &["report"]).0, Some(2));
+}

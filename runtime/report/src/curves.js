@@ -43,8 +43,12 @@
       const edge = (end) => band.map((point) => at(point[end], point[0]));
       const seeds = groups[k].querySelectorAll('.seed');
       method.seeds.forEach((seed, s) => seeds[s].setAttribute('d', line((smooth ? filter(seed.values) : seed.values).map(at))));
-      const path = line([...edge(3), ...edge(2).reverse()]);
-      groups[k].querySelector('.band').setAttribute('d', path && `${path}z`);
+      const region = (lo, hi) => {
+        const path = line([...edge(hi), ...edge(lo).reverse()]);
+        return path && `${path}z`;
+      };
+      groups[k].querySelector('.band').setAttribute('d', region(2, 3));
+      groups[k].querySelector('.outer').setAttribute('d', region(4, 5));
       groups[k].querySelector('.mid').setAttribute('d', line(method[state.curves].map((point, bin) => point && at(point[0], bin))));
     });
     figure.querySelector('.y').replaceChildren(...axis.ticks.flatMap((tick) => {

@@ -14,8 +14,11 @@ use serde::{Deserialize, Serialize};
 
 mod band;
 mod grid;
+mod import;
 mod panels;
 pub mod picture;
+mod profile;
+mod strips;
 mod suite;
 mod svg;
 mod symbols;
@@ -23,6 +26,7 @@ mod text;
 mod tracks;
 mod view;
 
+pub use import::import_html;
 pub use suite::{Member, suite_html};
 
 use panels::{Content, PANELS};
@@ -125,7 +129,12 @@ fn page(page: &Page) -> Result<String, ReportError> {
 fn render(panel: &'static str, template: &str, context: Value) -> Result<String, ReportError> {
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    let filled = environment.render_named_str("panel.html", template, context);
+    let shared =
+        [("strips.html", include_str!("strips.html")), ("profile.html", include_str!("profile.html"))];
+    let filled = shared
+        .into_iter()
+        .try_for_each(|(name, figure)| environment.add_template(name, figure))
+        .and_then(|()| environment.render_named_str("panel.html", template, context));
     filled.map_err(|source| ReportError::Template { panel, source })
 }
 

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use mpgx_study::import::import;
 use mpgx_study::record::CellRecord;
 use sample::Sample;
 use serde::Serialize;
@@ -281,6 +282,78 @@ fn what_is_no_number_is_not_drawn() {
     assert_eq!(tracks, 7 * 2, "two episodes of each cell that is whole");
     for (name, attributes) in elements(&html) {
         assert!(!attributes.contains("NaN") && !attributes.contains("inf"), "{name}{attributes}");
+    }
+}
+
+#[test]
+fn profiles_and_tolerance_bands_are_drawn_where_there_are_seeds_enough() {
+    let html = page(&full());
+    for id in ["profile-0", "profile-1"] {
+        assert!(
+            html.contains(&format!("<title id=\"{id}-t\">Share of seeds with a distance at most a value<"))
+        );
+        assert!(html.contains(&format!("<desc id=\"{id}-d\">Half of the seeds of mpg are at most ")));
+    }
+    assert!(html.contains("at least 60\u{a0}% of all seeds"), "ten of one learner, nine of the other finish");
+    let drawn = |html: &str, class: &str| {
+        let empty = format!("<path class=\"{class}\" d=\"\"");
+        html.matches(&format!("<path class=\"{class}\" d=")).count() - html.matches(&empty).count()
+    };
+    let quantities = 2 + full().plan.world.reward.len();
+    assert_eq!(drawn(&html, "outer"), 2 * quantities);
+    assert_eq!(drawn(&html, "band"), 2 * quantities + 2 * 2, "two learners on two protocols");
+    let few = page(&sample::study(4, &["random"]));
+    assert_eq!(few.matches("of all seeds").count(), 0);
+}
+
+fn import_page(text: &str) -> String {
+    mpgx_report::import_html("results", &import(text).unwrap()).unwrap()
+}
+
+const IMPORTED: &str = include_str!("../../study/tests/fixtures/marl_eval.json");
+
+#[test]
+fn results_of_another_program_have_a_whole_page() {
+    let html = import_page(IMPORTED);
+    assert_eq!(html, import_page(IMPORTED));
+    elements(&html);
+    for id in ["profile-0", "profile-3", "curve-0", "curve-3"] {
+        assert!(html.contains(&format!("<title id=\"{id}-t\">")), "{id}");
+    }
+    let told = [
+        "79.5<small>[78.0, 81.2]",
+        "paired by run",
+        "unpaired",
+        "exploratory",
+        "better",
+        "as BenchMARL writes it",
+    ];
+    for words in told {
+        assert!(html.contains(words), "{words}");
+    }
+    assert!(!html.contains("NaN") && !html.contains("inf,"));
+}
+
+#[test]
+fn no_name_of_an_imported_file_becomes_markup() {
+    let mut text = IMPORTED.to_string();
+    for word in ["vmas", "balance", "mappo", "agents_return", "return"] {
+        text = text.replace(&format!("\"{word}\""), &format!("\"{word}{PROBE}\""));
+    }
+    let html = import_page(&text);
+    assert!(!html.contains("<script>alert") && !html.contains("<img"));
+    assert_eq!(elements(&html).len(), elements(&import_page(IMPORTED)).len());
+    assert!(html.matches("&lt;script&gt;alert(1)&lt;").count() > 30, "the probes are shown as text");
+}
+
+#[test]
+fn poor_files_give_whole_pages() {
+    let nothing = r#"{"e": {"t": {"a": {"r": {"absolute_metrics": {"m": [null]}}}}}}"#;
+    let one = nothing.replace("null", "1");
+    for text in [nothing, &one, &one.replace("[1]", "[1e300]"), &one.replace("[1]", "[-1e308, -1e308]")] {
+        let html = import_page(text);
+        elements(&html);
+        assert!(html.contains("class=\"sentence\"") && !html.contains("NaN"), "{text}");
     }
 }
 

@@ -11,6 +11,7 @@ mod estimate;
 mod evaluation;
 mod folder;
 mod hash;
+pub mod import;
 mod owner;
 mod places;
 mod progress;

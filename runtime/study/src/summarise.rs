@@ -9,8 +9,8 @@ use crate::statistics::{bootstrap, iqm, mean, t_interval};
 use crate::summary::{FailedSeed, Statistic, Summary, TrainingSummary};
 
 mod claims;
-mod comparisons;
-mod scores;
+pub(crate) mod comparisons;
+pub(crate) mod scores;
 mod words;
 
 use scores::{Sample, Scores};
@@ -93,7 +93,7 @@ fn statistics(
 }
 
 /// `None` where sums overflow.
-fn statistic(sample: &Sample) -> Option<Statistic> {
+pub(crate) fn statistic(sample: &Sample) -> Option<Statistic> {
     let x = &sample.scores;
     let of_iqm = if x.len() < FEWEST_SEEDS { None } else { bootstrap(x, CONFIDENCE, iqm) };
     let of_mean = t_interval(x, CONFIDENCE);

@@ -52,7 +52,9 @@ fn ours(case: &Case) -> Vec<f64> {
             let band = profile_band(x, &case.thresholds, *confidence).unwrap_or_default();
             band.into_iter().flat_map(|interval| ends(Some(interval))).collect()
         }
-        "tolerance" => tolerance(x, case.share, *confidence).map_or(vec![], |it| vec![it.lo, it.hi, it.share]),
+        "tolerance" => {
+            tolerance(x, case.share, *confidence).map_or(vec![], |it| vec![it.lo, it.hi, it.share])
+        }
         "bootstrap iqm" => ends(bootstrap(x, *confidence, iqm)),
         "bootstrap mean" => ends(bootstrap(x, *confidence, mean)),
         "t interval" => ends(t_interval(x, *confidence)),

@@ -1,4 +1,4 @@
-//! `mpgx report`: the report of a study or suite, from records alone.
+//! `mpgx report`: the report of a study or suite, from records alone, or of another program's results.
 
 use std::path::{Path, PathBuf};
 
@@ -7,14 +7,20 @@ use mpgx_study::Study;
 use mpgx_study::storage::{RealDisk, Storage};
 
 use crate::failure::{Exit, Failure};
-use crate::{provenance, suite};
+use crate::{import, provenance, suite};
 
 #[derive(clap::Args)]
-#[command(after_help = "Example: mpgx report runs/square_unison")]
+#[command(after_help = "\
+Examples: mpgx report runs/square_unison
+          mpgx report --import benchmarl.json")]
 pub struct Args {
     /// Folders of finished studies or suites
-    #[arg(required = true, value_name = "DIR")]
+    #[arg(required_unless_present = "import", value_name = "DIR")]
     studies: Vec<PathBuf>,
+
+    /// Results of another program as marl-eval's JSON, which BenchMARL writes; the page is put beside it
+    #[arg(long, value_name = "FILE.json")]
+    import: Vec<PathBuf>,
 }
 
 pub fn run(args: Args) -> Result<Exit, Failure> {
@@ -26,6 +32,10 @@ pub fn run(args: Args) -> Result<Exit, Failure> {
         let storage = RealDisk::new(folder);
         let study = mpgx_study::load(&storage)?;
         println!("{}", write_report(&study, folder, &storage)?.display());
+    }
+    for file in &args.import {
+        let (page, tables) = import::report(file)?;
+        println!("{tables}\n{}", page.display());
     }
     Ok(Exit::Done)
 }

@@ -1,13 +1,14 @@
 //! All methods side by side on each protocol: numbers, differences, every seed as a point.
 
+use minijinja::context;
 use minijinja::value::Serde;
-use minijinja::{Value, context};
 use mpgx_lang::plan::Protocol;
 use mpgx_study::summary::{Comparison, Statistic};
 use serde::Serialize;
 
 use super::{Content, Panel};
-use crate::svg::{Axis, Strip, strip_axis};
+use crate::profile::{Profile, Sample, profile};
+use crate::strips::{Spread, Strips, strips};
 use crate::text::{Format, plural};
 use crate::view::{Entry, View};
 
@@ -25,7 +26,8 @@ struct Part<'a> {
     episodes: usize,
     error_unit: &'static str,
     rows: Vec<Row<'a>>,
-    strips: Vec<Plot<'a>>,
+    strips: Vec<Strips<'a>>,
+    profile: Option<Profile>,
 }
 
 #[derive(Serialize)]
@@ -45,24 +47,16 @@ struct Cell {
     interval: Option<String>,
 }
 
-#[derive(Serialize)]
-struct Plot<'a> {
-    title: &'static str,
-    unit: &'static str,
-    better: &'static str,
-    rows: Vec<(&'a str, Value)>,
-    axis: Value,
-}
-
 fn content(view: &View) -> Option<Content> {
     let first = view.first()?;
+    let protocols = view.input.plan.protocols.iter().enumerate();
     let parts: Vec<_> =
-        view.input.plan.protocols.iter().filter_map(|protocol| part(view, protocol, first)).collect();
+        protocols.filter_map(|(k, protocol)| part(view, protocol, first, &format!("profile-{k}"))).collect();
     let context = context! { first => first.label, style => first.style.as_str(), parts => Serde(&parts) };
     (!parts.is_empty()).then_some(Content { context, data: None })
 }
 
-fn part<'v>(view: &'v View, protocol: &'v Protocol, first: &Entry) -> Option<Part<'v>> {
+fn part<'v>(view: &'v View, protocol: &'v Protocol, first: &Entry, id: &str) -> Option<Part<'v>> {
     let measured = view.input.summary.protocols.get(&protocol.name)?;
     let largest = |metric: &str| {
         let values = measured.values().filter_map(|metrics| metrics.get(metric));
@@ -101,12 +95,13 @@ fn part<'v>(view: &'v View, protocol: &'v Protocol, first: &Entry) -> Option<Par
         error_unit: error.unit,
         rows: rows.collect(),
         strips: [
-            plot(view, protocol, "error_m", "Distance from the slots", "less is better", Format::length),
-            plot(view, protocol, "return", "Return", "more is better", Format::number),
+            plot(view, protocol, "error_m", ("Distance from the slots", "less is better"), Format::length),
+            plot(view, protocol, "return", ("Return", "more is better"), Format::number),
         ]
         .into_iter()
         .flatten()
         .collect(),
+        profile: distances(view, protocol, id),
     })
 }
 
@@ -132,40 +127,37 @@ fn plot<'v>(
     view: &'v View,
     protocol: &Protocol,
     metric: &str,
-    title: &'static str,
-    better: &'static str,
+    words: (&'static str, &'static str),
     format: fn(f64) -> Format,
-) -> Option<Plot<'v>> {
+) -> Option<Strips<'v>> {
     let of = |method: &Entry| view.statistic(&protocol.name, method.label, metric);
-    let shown = view.methods.iter().filter_map(of).flat_map(|statistic| {
-        let ends = [statistic.lo, statistic.hi, Some(statistic.iqm)];
-        statistic.per_seed.iter().copied().chain(ends).flatten()
-    });
-    let axis = Axis::linear(shown, 6, format);
-    let level = view.oracle().and_then(of).map(|statistic| statistic.iqm);
-    let rows: Vec<_> = view
-        .methods
-        .iter()
-        .filter_map(|method| {
-            let statistic = of(method)?;
-            // A controller has one value; the mark stands for it.
-            let points: Vec<f64> =
-                statistic.per_seed.iter().flatten().copied().filter(|_| method.learned).collect();
-            let interval = statistic.lo.zip(statistic.hi);
-            let mid = statistic.iqm;
-            let strip = Strip {
-                axis: &axis,
-                style: &method.style,
-                height: 34,
-                points: &points,
-                mid,
-                interval,
-                level,
-            };
-            Some((method.label, Value::from_safe_string(strip.render())))
+    let spread = |method: &'v Entry| {
+        let statistic = of(method)?;
+        // A controller has one value; the mark stands for it.
+        let points = statistic.per_seed.iter().flatten().copied().filter(|_| method.learned);
+        Some(Spread {
+            label: method.label,
+            style: &method.style,
+            points: points.collect(),
+            mid: statistic.iqm,
+            interval: statistic.lo.zip(statistic.hi),
         })
-        .collect();
-    let unit = format(axis.lo.abs().max(axis.hi.abs())).unit;
-    let labels = Value::from_safe_string(strip_axis(&axis));
-    (!rows.is_empty()).then_some(Plot { title, unit, better, rows, axis: labels })
+    };
+    let spreads: Vec<_> = view.methods.iter().filter_map(spread).collect();
+    let level = view.oracle().and_then(of).map(|statistic| statistic.iqm);
+    strips(words, &spreads, level, format)
+}
+
+/// Of the distance, over the seeds of each method; a failed seed counts as the worst (see [`Statistic`]).
+fn distances<'v>(view: &'v View, protocol: &Protocol, id: &str) -> Option<Profile> {
+    let of = |method: &Entry| view.statistic(&protocol.name, method.label, "error_m");
+    let measured = view.methods.iter().filter_map(of).flat_map(|statistic| &statistic.per_seed);
+    let worst = measured.flatten().copied().reduce(f64::max)?;
+    let sample = |method: &'v Entry| {
+        let per_seed = &of(method)?.per_seed;
+        let scores = per_seed.iter().map(|value| value.unwrap_or(worst)).collect();
+        Some(Sample { label: method.label, style: &method.style, scores })
+    };
+    let samples: Vec<_> = view.methods.iter().filter_map(sample).collect();
+    profile(id, "a distance", &samples, false, Format::length)
 }

@@ -1,12 +1,14 @@
-//! Learning curves: the interquartile mean over seeds with its bootstrap band, and every seed as a thin line.
+//! Learning curves: the interquartile mean over seeds with its bootstrap band, a tolerance band around it, and
+//! every seed as a thin line.
 
 use minijinja::value::Serde;
 use minijinja::{Value, context};
 use mpgx_study::record::Training;
+use mpgx_study::statistics::tolerance;
 use serde::Serialize;
 
 use super::{Content, Panel};
-use crate::band::{Estimate, Resamples};
+use crate::band::{Estimate, FEWEST_SEEDS, Resamples};
 use crate::grid::{Grid, WINDOW};
 use crate::svg::{self, Axis, Chart};
 use crate::text::{Format, count, escape};
@@ -19,6 +21,10 @@ pub const PANEL: Panel = Panel {
     script: Some(include_str!("../curves.js")),
     content,
 };
+
+/// Of all seeds, that the outer band is to hold, and how sure that is.
+const SHARE: f64 = 0.9;
+const CONFIDENCE: f64 = 0.95;
 
 /// Rows of a table below a chart.
 const TABLE_ROWS: usize = 12;
@@ -72,8 +78,8 @@ struct Seed {
     values: Vec<Option<f64>>,
 }
 
-/// Middle, low and high end of the band.
-type Point = [f64; 3];
+/// Middle, low and high end of the band; low and high end of the tolerance interval.
+type Point = [f64; 5];
 
 /// A chart with all the forms its switches choose from.
 #[derive(Serialize)]
@@ -159,11 +165,24 @@ fn content(view: &View) -> Option<Content> {
         legend => Serde(legend),
         figures => Serde(figures),
         window => format!("{:.0} %", WINDOW * 100.0),
+        tolerance => covered(view),
         oracle => view.oracle().map(|oracle| oracle.label),
         protocol => view.main_protocol().map(|protocol| protocol.name.as_str()),
     };
     let data = serde_json::json!({ "steps": grid.steps(), "window": grid.window, "charts": data });
     Some(Content { context, data: Some(data) })
+}
+
+/// What the outer bands hold, in words; nothing where there is none.
+fn covered(view: &View) -> Option<String> {
+    let finished = |method: &Entry| {
+        let whole = method.records.iter().filter(|it| it.training.is_some() && it.failure.is_none());
+        whole.count()
+    };
+    let fewest = view.learners().map(finished).filter(|n| *n >= FEWEST_SEEDS).min()?;
+    let places: Vec<f64> = (0..fewest).map(|rank| rank as f64).collect();
+    let share = (100.0 * tolerance(&places, SHARE, CONFIDENCE)?.share).floor();
+    Some(format!("{share}\u{a0}%"))
 }
 
 fn quantities(view: &View) -> Vec<Quantity> {
@@ -221,7 +240,9 @@ fn estimate(resamples: &Resamples, seeds: &[Vec<Option<f64>>], bin: usize) -> Op
     let values: Vec<f64> = seeds.iter().filter_map(|values| values.get(bin).copied().flatten()).collect();
     let Estimate { mid, interval } = resamples.estimate(&values)?;
     let (lo, hi) = interval.unwrap_or((mid, mid));
-    Some([mid, lo, hi].map(short))
+    let outer = tolerance(&values, SHARE, CONFIDENCE).filter(|_| interval.is_some());
+    let (low, high) = outer.map_or((mid, mid), |it| (it.lo, it.hi));
+    Some([mid, lo, hi, low, high].map(short))
 }
 
 /// Six significant digits: more would only make the file longer.
@@ -245,13 +266,14 @@ fn draw(curves: &Curves, grid: &Grid, y: &Axis) -> String {
     let trace = |values: &[Option<f64>]| {
         svg::line(values.iter().enumerate().map(|(bin, value)| value.map(|value| at(bin, value))))
     };
-    let band: Vec<_> = curves
-        .smooth
-        .iter()
-        .enumerate()
-        .filter_map(|(bin, point)| point.map(|[_, lo, hi]| (grid.place(bin), y.place(lo), y.place(hi))))
-        .collect();
-    let middle: Vec<_> = curves.smooth.iter().map(|point| point.map(|[mid, _, _]| mid)).collect();
+    let region = |ends: fn(&Point) -> (f64, f64)| {
+        let points = curves.smooth.iter().enumerate().filter_map(|(bin, point)| {
+            let (lo, hi) = ends(point.as_ref()?);
+            Some((grid.place(bin), y.place(lo), y.place(hi)))
+        });
+        svg::region(&points.collect::<Vec<_>>())
+    };
+    let middle: Vec<_> = curves.smooth.iter().map(|point| point.map(|[mid, ..]| mid)).collect();
     let seeds: String = curves
         .seeds
         .iter()
@@ -261,9 +283,10 @@ fn draw(curves: &Curves, grid: &Grid, y: &Axis) -> String {
         })
         .collect();
     format!(
-        r#"<g class="{}">{seeds}<path class="band" d="{}"/><path class="mid" d="{}"/></g>"#,
+        r#"<g class="{}"><path class="outer" d="{}"/>{seeds}<path class="band" d="{}"/><path class="mid" d="{}"/></g>"#,
         curves.style,
-        svg::region(&band),
+        region(|[_, _, _, low, high]| (*low, *high)),
+        region(|[_, lo, hi, ..]| (*lo, *hi)),
         trace(&middle)
     )
 }
@@ -297,7 +320,7 @@ fn table(methods: &[Curves], grid: &Grid, format: Format) -> Vec<Vec<String>> {
     let steps = grid.steps();
     let row = |(bin, step): (usize, &u64)| {
         let cell = |curves: &Curves| match curves.smooth.get(bin).copied().flatten() {
-            Some([mid, lo, hi]) if lo < hi => {
+            Some([mid, lo, hi, ..]) if lo < hi => {
                 format!(
                     "{} [{}, {}]",
                     format.at(mid).plain(mid),
@@ -305,7 +328,7 @@ fn table(methods: &[Curves], grid: &Grid, format: Format) -> Vec<Vec<String>> {
                     format.at(mid).plain(hi)
                 )
             }
-            Some([mid, _, _]) => format.at(mid).plain(mid),
+            Some([mid, ..]) => format.at(mid).plain(mid),
             None => String::new(),
         };
         [step.to_string()].into_iter().chain(methods.iter().map(cell)).collect()

@@ -5,7 +5,7 @@ use mpgx_lang::plan::Plan;
 use super::scores::{Sample, Scores, higher_is_better};
 use super::{CONFIDENCE, ENOUGH_SEEDS, FEWEST_SEEDS, methods};
 use crate::statistics::{
-    bootstrap, bootstrap_two, holm, mean, probability_of_improvement, t_test, welch_test,
+    Interval, TTest, bootstrap, bootstrap_two, holm, mean, probability_of_improvement, t_test, welch_test,
 };
 use crate::summary::Comparison;
 
@@ -20,12 +20,14 @@ pub(super) fn compare(plan: &Plan, scores: &Scores) -> Vec<Comparison> {
             for other in methods(plan).filter(|method| method.label != first.label) {
                 let sample = |label| scores.get(&protocol.name, metric, label);
                 if let (Some(a), Some(b)) = (sample(&first.label), sample(&other.label)) {
-                    comparisons.extend(contrast(&protocol.name, metric, a, b));
+                    let place = (protocol.name.as_str(), metric);
+                    let difference = Difference::paired(a, b);
+                    comparisons.extend(contrast(place, higher_is_better(metric), (a, b), difference));
                 }
             }
         }
     }
-    adjust(&mut comparisons);
+    adjust(comparisons.iter_mut().collect(), higher_is_better);
     comparisons
 }
 
@@ -39,45 +41,75 @@ pub(super) fn differences(a: &Sample, b: &Sample) -> Vec<f64> {
     seeds.iter().filter_map(|seed| Some(score(a, *seed)? - score(b, *seed)?)).collect()
 }
 
-/// One comparison; its verdict speaks of the number of seeds only. `None` if no seed is common to both.
-fn contrast(protocol: &str, metric: &str, a: &Sample, b: &Sample) -> Option<Comparison> {
-    let differences = differences(a, b);
-    let difference = mean(&differences);
-    let improvement = |x: &[f64], y: &[f64]| {
-        if higher_is_better(metric) {
-            probability_of_improvement(x, y)
-        } else {
-            probability_of_improvement(y, x)
+/// How far two means are apart.
+pub(crate) struct Difference {
+    value: f64,
+    interval: Option<Interval>,
+    test: Option<TTest>,
+    seeds: usize,
+}
+
+impl Difference {
+    /// Seed by seed.
+    pub fn paired(a: &Sample, b: &Sample) -> Difference {
+        let differences = differences(a, b);
+        Difference {
+            value: mean(&differences),
+            interval: bootstrap(&differences, CONFIDENCE, mean),
+            test: if b.learned { welch_test(&a.scores, &b.scores) } else { t_test(&differences, 0.0) },
+            seeds: differences.len(),
         }
+    }
+
+    /// Of samples that have no seeds in common.
+    pub fn independent(a: &Sample, b: &Sample) -> Difference {
+        let difference = |x: &[f64], y: &[f64]| mean(x) - mean(y);
+        Difference {
+            value: difference(&a.scores, &b.scores),
+            interval: bootstrap_two(&a.scores, &b.scores, CONFIDENCE, difference),
+            test: welch_test(&a.scores, &b.scores),
+            seeds: a.scores.len().min(b.scores.len()),
+        }
+    }
+}
+
+/// One comparison; its verdict speaks of the number of seeds only. `None` if no seed is common to both.
+pub(crate) fn contrast(
+    (protocol, metric): (&str, &str),
+    higher_is_better: bool,
+    (a, b): (&Sample, &Sample),
+    difference: Difference,
+) -> Option<Comparison> {
+    let improvement = |x: &[f64], y: &[f64]| {
+        if higher_is_better { probability_of_improvement(x, y) } else { probability_of_improvement(y, x) }
     };
-    let judged = differences.len() >= FEWEST_SEEDS;
-    let interval = judged.then(|| bootstrap(&differences, CONFIDENCE, mean)).flatten();
+    let judged = difference.seeds >= FEWEST_SEEDS;
+    let interval = difference.interval.filter(|_| judged);
     let chance = judged.then(|| bootstrap_two(&a.scores, &b.scores, CONFIDENCE, improvement)).flatten();
-    let test = if b.learned { welch_test(&a.scores, &b.scores) } else { t_test(&differences, 0.0) };
-    let verdict = match differences.len() {
+    let verdict = match difference.seeds {
         0..FEWEST_SEEDS => "too few seeds",
         FEWEST_SEEDS..ENOUGH_SEEDS => "exploratory",
         _ => "no difference shown",
     };
-    difference.is_finite().then(|| Comparison {
+    difference.value.is_finite().then(|| Comparison {
         protocol: protocol.to_string(),
         metric: metric.to_string(),
         a: a.method.clone(),
         b: b.method.clone(),
-        difference,
+        difference: difference.value,
         lo: interval.map(|interval| interval.lo),
         hi: interval.map(|interval| interval.hi),
         probability_of_improvement: improvement(&a.scores, &b.scores),
         probability_lo: chance.map(|interval| interval.lo),
         probability_hi: chance.map(|interval| interval.hi),
-        p: test.filter(|_| judged).map(|test| test.p),
+        p: difference.test.filter(|_| judged).map(|test| test.p),
         p_holm: None,
         verdict: verdict.to_string(),
     })
 }
 
 /// Holm's adjustment over all comparisons, and the words better and worse where they are earned.
-fn adjust(comparisons: &mut [Comparison]) {
+pub(crate) fn adjust(comparisons: Vec<&mut Comparison>, higher_is_better: impl Fn(&str) -> bool) {
     let tested: Vec<f64> = comparisons.iter().filter_map(|comparison| comparison.p).collect();
     let mut adjusted = holm(&tested).into_iter();
     for comparison in comparisons {

@@ -20,7 +20,7 @@ struct Measured {
 }
 
 /// One method on one metric under one protocol: one entry a seed, by seed.
-pub(super) struct Sample {
+pub(crate) struct Sample {
     pub method: String,
     /// False for a controller, which has one value and no seeds.
     pub learned: bool,
@@ -126,10 +126,16 @@ fn samples(
             scores: Vec::new(),
         });
     }
+    fill(&mut samples, higher_is_better(metric))?;
+    Some(samples)
+}
+
+/// Scores from what was measured. `None` if nothing was.
+pub(crate) fn fill(samples: &mut [Sample], higher_is_better: bool) -> Option<()> {
     let finite = samples.iter().flat_map(|sample| &sample.measured).flatten().copied();
-    let worst = finite.reduce(if higher_is_better(metric) { f64::min } else { f64::max })?;
-    for sample in &mut samples {
+    let worst = finite.reduce(if higher_is_better { f64::min } else { f64::max })?;
+    for sample in samples {
         sample.scores = sample.measured.iter().map(|score| score.unwrap_or(worst)).collect();
     }
-    Some(samples)
+    Some(())
 }
