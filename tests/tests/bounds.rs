@@ -39,7 +39,8 @@ fn sampled(plan: &Plan, world: &World, states: usize, random: &mut Stream) -> us
         let task = Task::new(plan, world).unwrap_or_else(|error| panic!("{error}\n{}", plan.to_ron()));
         let mut episode = task.episode();
         let mut number = 0;
-        let enough = seen + states / 2;
+        // Of a hundred agents or more one state is as much as many.
+        let enough = seen + states / 2 * 100 / task.agents().max(100);
         while seen < enough {
             let key = EpisodeKey { episode: number, ..EpisodeKey::default() };
             number += 1;

@@ -322,14 +322,8 @@ fn results_of_another_program_have_a_whole_page() {
     for id in ["profile-0", "profile-3", "curve-0", "curve-3"] {
         assert!(html.contains(&format!("<title id=\"{id}-t\">")), "{id}");
     }
-    let told = [
-        "<td>79.5<small>[",
-        "paired by run",
-        "unpaired",
-        "exploratory",
-        "better",
-        "as BenchMARL writes it",
-    ];
+    let told =
+        ["<td>79.5<small>[", "paired by run", "unpaired", "exploratory", "better", "as BenchMARL writes it"];
     for words in told {
         assert!(html.contains(words), "{words}");
     }

@@ -12,6 +12,7 @@ use mpgx_sim::{Episode, EpisodeKey, Mode, Task};
 
 /// Two whole tiles and a part of one.
 const COUNT: usize = 35;
+/// Steps of an environment of ten agents or fewer; with more it takes fewer.
 const STEPS: usize = 60;
 
 fn plans() -> Vec<(PathBuf, Plan)> {
@@ -78,7 +79,8 @@ fn compare(name: &str, task: &Task, mode: Mode) {
     let mut noise = here.stream();
     let mut copy = task.episode();
     let mut states = vec![0.0; COUNT * task.shared().unwrap_or(1) * task.state_len()];
-    for step in 0..STEPS.min(task.horizon()) {
+    let steps = (10 * STEPS / task.agents().max(10)).clamp(2, STEPS.min(task.horizon()).max(2));
+    for step in 0..steps {
         let row = task.action_len();
         let actions: Vec<f32> = (0..COUNT * row).map(|_| noise.normal() as f32).collect();
         let steps = task.step_batch(&mut batch, &actions, mode).to_vec();

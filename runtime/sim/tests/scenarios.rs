@@ -92,7 +92,7 @@ fn the_state_of_unison_is_the_way_to_each_slot() {
 fn path(motion: &str) -> Vec<[f64; 2]> {
     let text = TRACK_RANDOM
         .replace("motion = random_velocity(1 m/s)", &format!("motion = {motion}"))
-        .replace("{random_velocity, circle, square}", "{circle, square, rounded_square}");
+        .replace("{random_velocity, circle, ellipse, square}", "{circle, ellipse, square, rounded_square}");
     let task = &tasks(&plan(&text))[0];
     let mut episode = began(task, 3);
     let mut path = vec![episode.position(0)];

@@ -11,8 +11,8 @@ use crate::{import, provenance, suite};
 
 #[derive(clap::Args)]
 #[command(after_help = "\
-Examples: mpgx report runs/square_unison
-          mpgx report --import benchmarl.json")]
+Example: mpgx report runs/square_unison
+         mpgx report --import benchmarl.json")]
 pub struct Args {
     /// Folders of finished studies or suites
     #[arg(required_unless_present = "import", value_name = "DIR")]

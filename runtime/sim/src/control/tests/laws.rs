@@ -102,8 +102,8 @@ fn the_error_of_consensus_decays_with_the_eigenvalue_of_the_laplacian() {
     let stray = |k: usize| 0.1 * (PI * (k + 1) as f64 / 7.0).sin();
     let mut episode = begun(&task, &[]);
     let slots = episode.slots().to_vec();
-    for k in 0..3 {
-        episode.agents.position[1 + k] = add(slots[k], [stray(k), -stray(k)]);
+    for (k, slot) in slots.iter().enumerate() {
+        episode.agents.position[1 + k] = add(*slot, [stray(k), -stray(k)]);
     }
     let mut controller = made("consensus", &task);
     let mut action = vec![0.0; task.action_len()];
@@ -112,8 +112,8 @@ fn the_error_of_consensus_decays_with_the_eigenvalue_of_the_laplacian() {
         task.step(&mut episode, &action, Mode::Evaluate);
         let exact = (1.0 - least * 2.0 * 0.01f64).powi(step);
         assert!((exact / (-least * 2.0 * 0.01 * f64::from(step)).exp() - 1.0).abs() < 0.02);
-        for k in 0..3 {
-            let left = subtract(episode.position(1 + k), slots[k])[0];
+        for (k, slot) in slots.iter().enumerate() {
+            let left = subtract(episode.position(1 + k), *slot)[0];
             assert!((left / stray(k) - exact).abs() < 1e-4, "step {step}: {left}");
         }
     }
