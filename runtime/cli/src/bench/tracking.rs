@@ -26,15 +26,15 @@ observe { p[leader], p[follower] }
 reward { gap = -|p[leader] - p[follower]| }
 ";
 
-/// The task with an algorithm as the standard library sets it, but for the mini-batch.
-pub fn plan(algorithm: &str, batch: usize) -> Result<Plan, Failure> {
+/// The task with an algorithm as the standard library sets it, but for the mini-batch and the backend.
+pub fn plan(algorithm: &str, batch: usize, backend: &str) -> Result<Plan, Failure> {
     if !ALGORITHMS.contains(&algorithm) {
         let message = format!("there is no algorithm `{algorithm}`");
         return Err(
             Failure::new(Exit::BadInput, message).help(format!("known are {}", ALGORITHMS.join(", ")))
         );
     }
-    let text = format!("{WORLD}learn {algorithm} {{ batch = {batch}, replay = 100000 }}\n");
+    let text = format!("{WORLD}learn {algorithm} {{ batch = {batch}, replay = 100000, backend = {backend} }}\n");
     let compilation = mpgx_lang::compile("bench.scn", text, &[], &NoFiles);
     compilation.plan.ok_or_else(|| Failure::new(Exit::Internal, "the task of the bench does not compile"))
 }
@@ -44,7 +44,7 @@ mod tests {
     #[test]
     fn it_compiles_for_every_algorithm() {
         for name in super::ALGORITHMS {
-            super::plan(name, 16).unwrap();
+            super::plan(name, 16, "native").unwrap();
         }
     }
 }

@@ -31,6 +31,9 @@ pub struct Args {
     /// Algorithms
     #[arg(long, value_delimiter = ',', default_value = "mpg", value_name = "NAME,…")]
     algorithms: Vec<String>,
+    /// What updates the networks
+    #[arg(long, value_parser = ["native", "dfdx"], default_value = "native")]
+    backend: String,
     /// Seconds of a window
     #[arg(long, default_value_t = 0.2)]
     seconds: f64,
@@ -73,7 +76,7 @@ pub fn run(args: Args) -> Result<Exit, Failure> {
             out.part("kernels", kernels::figures(windows, &shape, &limits));
         }
         for name in &args.algorithms {
-            let plan = tracking::plan(name, batch)?;
+            let plan = tracking::plan(name, batch, &args.backend)?;
             if wants(Part::Learners) {
                 out.part("learners", vec![learners::one(windows, &plan, &shape, &limits)?]);
             }
