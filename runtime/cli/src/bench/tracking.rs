@@ -34,7 +34,8 @@ pub fn plan(algorithm: &str, batch: usize, backend: &str) -> Result<Plan, Failur
             Failure::new(Exit::BadInput, message).help(format!("known are {}", ALGORITHMS.join(", ")))
         );
     }
-    let text = format!("{WORLD}learn {algorithm} {{ batch = {batch}, replay = 100000, backend = {backend} }}\n");
+    let text =
+        format!("{WORLD}learn {algorithm} {{ batch = {batch}, replay = 100000, backend = {backend} }}\n");
     let compilation = mpgx_lang::compile("bench.scn", text, &[], &NoFiles);
     compilation.plan.ok_or_else(|| Failure::new(Exit::Internal, "the task of the bench does not compile"))
 }
