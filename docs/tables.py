@@ -1,4 +1,4 @@
-"""The tables of docs/results.md from the folder of a suite: python docs/tables.py runs/paper"""
+"""The tables of docs/results.md from the folder of a suite, of what is finished: python docs/tables.py runs/paper"""
 
 import json
 import sys
@@ -21,7 +21,7 @@ def number(value, metric):
         return f"{1000 * value:.1f}"
     if metric.endswith("_episodes"):
         return f"{100 * value:.1f} %"
-    return f"{value:.3g}" if abs(value) < 1e-3 else f"{value:.3f}" if abs(value) < 10 else f"{value:.1f}"
+    return "0.000" if metric != "reward/swaps" and abs(value) < 5e-4 else f"{1e6 * value:.2f}" if metric == "reward/swaps" else f"{value:.3f}" if abs(value) < 10 else f"{value:.1f}"
 
 
 def cell(statistic, metric):
@@ -35,9 +35,11 @@ UNITS = {"error_m": "distance, mm", "return": "return", "error_over_oracle": "di
 
 for table in suite["table"]:
     methods = []
-    rows = [(row, study(row)) for row in table["row"]]
+    rows = [(row, found) for row in table["row"] if (found := study(row))]
+    if not rows:
+        continue
     for row, found in rows:
-        for method in found["protocols"][row["protocol"]] if found else []:
+        for method in found["protocols"][row["protocol"]]:
             if method not in methods:
                 methods.append(method)
     first = ["mpg", "td3"]
@@ -46,7 +48,7 @@ for table in suite["table"]:
     print("| | | published | " + " | ".join(methods) + " |\n|" + "---|" * (3 + len(methods)))
     for row, found in rows:
         metric = row["metric"]
-        of = found["protocols"][row["protocol"]] if found else {}
+        of = found["protocols"][row["protocol"]]
         cells = [cell(of[m][metric], metric) if m in of and metric in of[m] else "–" for m in methods]
         published = number(row["published"], metric) if "published" in row else "–"
         print(f"| {row['name']} | {UNITS.get(metric, metric)} | {published} | " + " | ".join(cells) + " |")
