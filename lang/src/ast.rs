@@ -262,6 +262,8 @@ pub enum ExternKind {
     Body,
     /// The outline of an obstacle.
     Solid,
+    /// A safety filter.
+    Filter,
 }
 
 /// `a.b.c = value` or `start ~ distribution`.

@@ -28,6 +28,7 @@ pub const ALL: &[&Code] = &[
     &check::UNUSED,
     &check::feasible::START_ORDER,
     &check::agents::UNUSED_START,
+    &check::agents::USELESS_FILTER,
     &check::arithmetic::BAD_EXPONENT,
     &check::arithmetic::BAD_OPERANDS,
     &check::call::BAD_ARGUMENTS,

@@ -36,6 +36,9 @@ pub fn describe(hir: &Hir, units: &Units) -> String {
             }
             None => {}
         }
+        if let Some(filter) = &group.filter {
+            text.provided(1, "filter", filter);
+        }
         text.typed(1, "start", group.start.as_ref());
     }
     for formation in &world.formations {

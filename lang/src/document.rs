@@ -100,6 +100,7 @@ fn entry(item: &Spanned<Item>, sources: &Sources) -> Option<Entry> {
             ExternKind::Controller => ("controller", &it.doc, &it.name, &it.params),
             ExternKind::Body => ("body", &it.doc, &it.name, &it.params),
             ExternKind::Solid => ("solid", &it.doc, &it.name, &it.params),
+            ExternKind::Filter => ("filter", &it.doc, &it.name, &it.params),
         },
         Item::Preset { doc, name, .. } => ("preset", doc, name, &[]),
         _ => return None,

@@ -313,6 +313,7 @@ pub struct Group {
     pub arena: Option<Expr>,
     pub speed: Option<Expr>,
     pub control: Option<Control>,
+    pub filter: Option<Extern>,
     pub start: Option<Expr>,
     pub span: Span,
 }

@@ -255,6 +255,7 @@ impl<'a> Lower<'a> {
             arena,
             speed_mps: self.constant(self.case.range(speed), speed.span)?,
             control,
+            filter: group.filter.as_ref().map_or(Some(None), |filter| self.extern_(filter).map(Some))?,
             start,
             at: self.sources.place(group.span),
         })

@@ -208,6 +208,9 @@ pub struct Group {
     /// Limits of the velocity command on each axis, m/s.
     pub speed_mps: (f64, f64),
     pub control: Control,
+    /// What changes the commands of a learned group before its bodies get them, for safety, by name (`barrier`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub filter: Option<Extern>,
     /// Where a member starts; `Member` stands for the member. `None` only if the motion gives positions.
     pub start: Option<Expr>,
     pub at: Place,

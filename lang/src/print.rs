@@ -45,6 +45,7 @@ pub fn item(item: &Item) -> String {
                 ExternKind::Controller => "controller",
                 ExternKind::Body => "body",
                 ExternKind::Solid => "solid",
+                ExternKind::Filter => "filter",
             };
             let rest = match &it.base {
                 Some(base) => format!(" = {}", call(base, true)),

@@ -72,6 +72,7 @@ pub enum Space {
     Controller,
     Body,
     Solid,
+    Filter,
     Preset,
     Protocol,
     Stage,
@@ -91,6 +92,7 @@ impl Space {
             Space::Controller => "a controller",
             Space::Body => "a body",
             Space::Solid => "an outline of obstacles",
+            Space::Filter => "a safety filter",
             Space::Preset => "a preset",
             Space::Protocol => "an evaluation",
             Space::Stage => "a stage",
@@ -100,7 +102,7 @@ impl Space {
         }
     }
 
-    pub const ALL: [Space; 13] = [
+    pub const ALL: [Space; 14] = [
         Space::Value,
         Space::Motion,
         Space::Shape,
@@ -108,6 +110,7 @@ impl Space {
         Space::Controller,
         Space::Body,
         Space::Solid,
+        Space::Filter,
         Space::Preset,
         Space::Protocol,
         Space::Stage,
@@ -156,6 +159,7 @@ pub fn declared(item: &Item) -> Option<(Space, &Name)> {
                 ExternKind::Controller => Space::Controller,
                 ExternKind::Body => Space::Body,
                 ExternKind::Solid => Space::Solid,
+                ExternKind::Filter => Space::Filter,
             };
             (space, &decl.name)
         }
@@ -469,7 +473,7 @@ impl Resolver<'_> {
                     .at(item.span, "`extern` has no implementation here")
                     .help(match item.node {
                         Item::Function(_) => "give it a body: `fn name(…) -> type = …`",
-                        _ => "algorithms, controllers, bodies and outlines are those of the standard library",
+                        _ => "algorithms, controllers, bodies, outlines and filters are those of the standard library",
                     }),
             );
         } else if !main && !library && !provided {

@@ -52,6 +52,15 @@ fn bodies() {
 }
 
 #[test]
+fn filters() {
+    let provided = mpgx_sim::FILTERS.iter().map(|name| {
+        let settings = mpgx_sim::filter_settings(name).expect("a filter has a list of its settings");
+        ((*name).to_owned(), set(settings))
+    });
+    assert_eq!(externs(ExternKind::Filter), provided.collect());
+}
+
+#[test]
 fn controllers() {
     let provided = mpgx_sim::CONTROLLERS.iter().map(|name| {
         let settings = mpgx_sim::controller_settings(name).expect("a controller has a list of its settings");

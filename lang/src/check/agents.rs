@@ -7,7 +7,7 @@ use super::value::OUT_OF_RANGE;
 use super::{Checker, Scope};
 use crate::ast::{self, AgentsDecl, Assignment, Call, ExprAt, Item};
 use crate::dim::Substitution;
-use crate::hir::{Called, Control, Expr, Extern, Kind, Motion, Output, OwnSetting, Type};
+use crate::hir::{Called, Control, Expr, Extern, Kind, Motion, Output, OwnSetting, Parameter, Type};
 use crate::plan::GroupId;
 use crate::problem::{Code, Problem};
 use crate::resolve::Space;
@@ -15,7 +15,7 @@ use crate::resolve::Space;
 /// Agents of a group, at most.
 const LARGEST_GROUP: usize = 10_000;
 
-const SETTINGS: [&str; 6] = ["arena", "speed", "radius", "control", "motion", "start"];
+const SETTINGS: [&str; 7] = ["arena", "speed", "radius", "control", "filter", "motion", "start"];
 
 impl<'a> Checker<'a> {
     /// How many each group has, which everything else refers to.
@@ -90,6 +90,7 @@ impl<'a> Checker<'a> {
         let control =
             self.control(group, decl, settings.get("control").copied(), settings.get("motion").copied());
         let learned = matches!(control, None | Some(Control::Learned));
+        let filter = settings.get("filter").and_then(|setting| self.filter(decl, setting, learned));
         let start = settings.get("start").map(|setting| self.start(group, setting));
         let positions = matches!(&control, Some(Control::Motion(motion))
             if matches!(motion.what.output, Some(Output::Position(_)) | None));
@@ -109,7 +110,7 @@ impl<'a> Checker<'a> {
             );
         }
         if let Some(place) = self.hir.world.groups.get_mut(group) {
-            (place.control, place.start) = (control, start);
+            (place.control, place.filter, place.start) = (control, filter, start);
         }
         learned
     }
@@ -202,6 +203,35 @@ impl<'a> Checker<'a> {
         }
     }
 
+    /// `barrier(margin = 3 cm)` or `barrier` as the filter of a learned group.
+    fn filter(&mut self, decl: &AgentsDecl, setting: &'a Assignment, learned: bool) -> Option<Extern> {
+        self.undrawn(setting);
+        if !learned {
+            let problem = Problem::error(&USELESS_FILTER, "a filter changes what a controller asks")
+                .at(setting.value.span, "filters nothing")
+                .with(decl.name.span, format!("`{}` follows a motion", decl.name.node));
+            self.report(problem.help("remove it, or give the filter to a group with `control = learned`"));
+            return None;
+        }
+        match &setting.value.node {
+            ast::Expr::Call(call) => self.provided(Space::Filter, call),
+            ast::Expr::Name(name) => {
+                let bare = ast::Name { node: name.clone(), span: setting.value.span };
+                let id = self.item_named(Space::Filter, &bare)?;
+                let params = self.signature(id)?;
+                let given = |param: &Parameter| Some((param.name.clone(), param.default.clone()?));
+                let settings = params.iter().map(given).collect::<Option<_>>()?;
+                Some(Extern { name: name.clone(), settings })
+            }
+            _ => {
+                let problem = Problem::error(&super::expr::WRONG_KIND, "this is no safety filter");
+                let problem = problem.at(setting.value.span, "");
+                self.report(problem.help("write a filter's name: `filter = barrier`"));
+                None
+            }
+        }
+    }
+
     /// `circle(0.6 m)` as the motion of a group.
     pub fn motion_call(&mut self, group: GroupId, at: &'a ExprAt) -> Option<Called<Motion>> {
         let bare;
@@ -261,6 +291,13 @@ impl<'a> Checker<'a> {
         self.fits(value, &point, &Wanted::by(format!("`{name}`")), &[], &mut Default::default())
     }
 }
+
+pub const USELESS_FILTER: Code = Code {
+    name: "useless-filter",
+    explain: "\
+A safety filter (`filter = barrier`) stands between whoever steers a robot and its wheels: it changes commands. A group
+that follows a motion is not commanded, so it cannot have one. Others that have a filter keep clear of it.",
+};
 
 pub const UNUSED_START: Code = Code {
     name: "unused-start",

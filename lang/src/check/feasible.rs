@@ -53,7 +53,7 @@ impl Checker<'_> {
             for setting in [&group.arena, &group.speed].into_iter().flatten() {
                 self.rising(case, setting, &mut problems);
             }
-            for (name, value) in group.body.iter().flat_map(|body| &body.settings) {
+            for (name, value) in group.body.iter().chain(&group.filter).flat_map(|it| &it.settings) {
                 if let Some((low, high)) = case.range(value)
                     && low > high
                 {

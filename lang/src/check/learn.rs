@@ -138,6 +138,7 @@ impl<'a> Checker<'a> {
             crate::ast::ExternKind::Controller => Space::Controller,
             crate::ast::ExternKind::Body => Space::Body,
             crate::ast::ExternKind::Solid => Space::Solid,
+            crate::ast::ExternKind::Filter => Space::Filter,
         };
         let entry = self.program.find(id.module, space, &base.name.node)?;
         let params = self.signature(entry.id)?;

@@ -412,6 +412,7 @@ fn extern_decl(context: &Context, doc: String, mut parts: Parts) -> Option<Exter
         "algorithm" => ExternKind::Algorithm,
         "controller" => ExternKind::Controller,
         "solid" => ExternKind::Solid,
+        "filter" => ExternKind::Filter,
         _ => ExternKind::Body,
     };
     let name = name(context, parts.next()?);

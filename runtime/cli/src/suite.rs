@@ -12,7 +12,10 @@ use crate::failure::{Exit, Failure};
 use crate::scenario;
 
 /// The suites that come with mpgx: name and text.
-pub const EMBEDDED: &[(&str, &str)] = &[("paper", include_str!("../../../scenarios/paper.toml"))];
+pub const EMBEDDED: &[(&str, &str)] = &[
+    ("beyond", include_str!("../../../scenarios/beyond.toml")),
+    ("paper", include_str!("../../../scenarios/paper.toml")),
+];
 
 /// The suite's file in its folder of results.
 const FILE: &str = "suite.toml";

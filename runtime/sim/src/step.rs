@@ -160,6 +160,7 @@ impl Task {
     pub(crate) fn advance(&self, episode: &mut Episode, mode: Mode) -> Step {
         episode.before.copy_from_slice(&episode.agents.position);
         episode.agents.last_command.copy_from_slice(&episode.agents.command);
+        self.guard(episode);
         for (k, &id) in self.learned.iter().enumerate() {
             self.drive(episode, id, episode.asked[k]);
         }

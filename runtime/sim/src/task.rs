@@ -10,6 +10,7 @@ use mpgx_lang::plan::{Area, Place};
 
 use crate::body::Body;
 use crate::episode::{Episode, EpisodeKey};
+use crate::filter::{Barrier, Guard};
 use crate::maths::{Vec2, clamp};
 use crate::observe::Observed;
 use crate::program::{Agents, Formation, Model, Number, Scene, Truth, Vector};
@@ -34,6 +35,8 @@ pub struct Task {
     pub(crate) learned: Vec<usize>,
     /// The agents and obstacles whose velocity nothing commands.
     pub(crate) uncommanded: Vec<usize>,
+    /// The learned agents with a filter.
+    pub(crate) guards: Vec<Guard>,
     pub(crate) scripts: Vec<Script>,
     pub(crate) model: Model,
     pub(crate) randomised: Vec<Randomised>,
@@ -61,6 +64,7 @@ pub(crate) struct Agent {
     pub arena: Option<Area>,
     /// Of the velocity command on each axis.
     pub speed_mps: (f64, f64),
+    pub filter: Option<Barrier>,
     /// `None`: its motion places it.
     pub start: Option<Vector>,
 }

@@ -129,6 +129,9 @@ fn group(plan: &Plan, group: &Group) -> Vec<String> {
         Control::Learned => line("learns".to_owned()),
         Control::Motion(motion) => line(format!("moves: {}", motion.name)),
     }
+    if let Some(filter) = &group.filter {
+        line(format!("filtered by {}", settings(filter)));
+    }
     if group.solid.is_none() {
         let (low, high) = group.speed_mps;
         line(format!("speed {low} .. {high} m/s on each axis"));

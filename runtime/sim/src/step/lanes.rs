@@ -43,6 +43,7 @@ impl Task {
         }
         tile.before.copy_from_slice(&tile.agents.position);
         tile.agents.last_command.copy_from_slice(&tile.agents.command);
+        self.guard_lanes(tile, scratch, out.len());
         for (k, &id) in self.learned.iter().enumerate() {
             let asked = tile.asked[k];
             self.drive_lanes(tile, id, &asked);

@@ -6,6 +6,7 @@ use super::formation::formation;
 use super::{Agent, End, Randomised, Task, Term};
 use crate::body::Body;
 use crate::error::{Flaw, SimError};
+use crate::filter::{Barrier, Guard};
 use crate::observe::{Observed, compiler_of};
 use crate::outline::Outline;
 use crate::program::{Compiler, Layout, Model, Number, Scope, Track, Vector};
@@ -39,6 +40,7 @@ impl Task {
             stopped,
             learned: world.learned(),
             uncommanded: Vec::new(),
+            guards: Vec::new(),
             scripts: Vec::new(),
             model: Model::default(),
             randomised: randomised(&layout)?,
@@ -54,6 +56,7 @@ impl Task {
         let formations = world.formations.iter().enumerate();
         let formations = formations.map(|(k, it)| formation(&layout, k, it)).collect::<Result<_, _>>()?;
         task.add_agents(&layout, &bodies)?;
+        task.guards = guards(&task);
         for (k, expr) in world.require.iter().enumerate() {
             let requirement = Compiler::new(&layout, Scope::default()).truth(expr);
             let place = task.agents.last().map(|agent| &agent.at);
@@ -133,6 +136,7 @@ impl Task {
             }
         }
         for ((group, agents), body) in world.groups.iter().zip(&layout.groups).zip(bodies) {
+            let filter = group.filter.as_ref().map(|filter| Barrier::new(filter, &group.at)).transpose()?;
             for agent in agents.clone() {
                 let start = match (&group.start, placed[agent]) {
                     (_, true) if body.has_heading() => {
@@ -162,6 +166,7 @@ impl Task {
                     body: *body,
                     arena: group.arena,
                     speed_mps: group.speed_mps,
+                    filter,
                     start,
                 });
             }
@@ -306,6 +311,16 @@ fn barred(layout: &Layout, stopped: &[(usize, Vec<usize>)]) -> Vec<(usize, usize
         }
     }
     barred
+}
+
+/// What each learned agent with a filter keeps clear of.
+fn guards(task: &Task) -> Vec<Guard> {
+    let of = |(learner, &agent): (usize, &usize)| {
+        let obstacles = task.barred.iter().filter(|(barred, _)| *barred == agent);
+        let obstacles = obstacles.map(|(_, obstacle)| *obstacle).collect();
+        Some(Guard { learner, agent, barrier: task.agents[agent].filter?, obstacles })
+    };
+    task.learned.iter().enumerate().filter_map(of).collect()
 }
 
 fn randomised(layout: &Layout) -> Result<Vec<Randomised>, SimError> {
