@@ -6,10 +6,18 @@ use std::path::Path;
 use mpgx_study::storage::RealDisk;
 use mpgx_study::{Cell, Part, cells, estimate, load, seconds};
 
+use crate::bytes::Bytes;
 use crate::failure::Failure;
 
+pub struct Forecast {
+    /// For people.
+    pub text: String,
+    /// The most that the run could take at a time.
+    pub memory: Bytes,
+}
+
 /// One line a study, then what those cells will take that are not finished yet.
-pub fn of(parts: &[&Part], folder: &Path, threads: usize) -> Result<String, Failure> {
+pub fn of(parts: &[&Part], folder: &Path, threads: usize) -> Result<Forecast, Failure> {
     let mut out = String::new();
     let (mut steps, mut updates, mut all, mut left) = (0, 0, 0, 0);
     let (mut memory, mut disk, mut room, mut time_s) = (0.0f64, 0.0, 0.0f64, 0.0);
@@ -49,13 +57,13 @@ pub fn of(parts: &[&Part], folder: &Path, threads: usize) -> Result<String, Fail
             "at most {} steps, {} updates, {} of memory, {} of disk ({} while it runs); about {}{already}",
             count(steps),
             count(updates),
-            bytes(memory),
-            bytes(disk),
-            bytes(room),
+            Bytes(memory),
+            Bytes(disk),
+            Bytes(room),
             time(time_s),
         );
     }
-    Ok(out)
+    Ok(Forecast { text: out, memory: Bytes(memory) })
 }
 
 /// The scenario's name and, where it is one, the variant's: `square_unison, variant wide`.
@@ -88,15 +96,6 @@ fn count(number: u64) -> String {
     groups.join(",")
 }
 
-fn bytes(bytes: f64) -> String {
-    let (value, unit) = match bytes {
-        ..1e6 => (bytes / 1e3, "kB"),
-        ..1e9 => (bytes / 1e6, "MB"),
-        _ => (bytes / 1e9, "GB"),
-    };
-    if value < 10.0 { format!("{value:.1} {unit}") } else { format!("{value:.0} {unit}") }
-}
-
 fn time(seconds: f64) -> String {
     match seconds {
         ..1.0 => "a second".into(),
@@ -113,7 +112,6 @@ mod tests {
     #[test]
     fn quantities_are_short() {
         assert_eq!([0, 999, 1000, 1234567].map(count), ["0", "999", "1,000", "1,234,567"]);
-        assert_eq!([1.0, 12_345_678.0, 2.5e9].map(bytes), ["0.0 kB", "12 MB", "2.5 GB"]);
         assert_eq!([0.2, 42.4, 600.0, 7200.0].map(time), ["a second", "42 s", "10 min", "2.0 h"]);
         assert_eq!((plural(1, "cell"), plural(3, "study")), ("1 cell".into(), "3 studies".into()));
     }

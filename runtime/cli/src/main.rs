@@ -1,9 +1,11 @@
 //! `mpgx`: one file a verb in `verbs/`. A verb gives an exit code or a failure with a remedy.
 
 mod bench;
+mod bytes;
 mod failure;
 mod forecast;
 mod import;
+mod interrupt;
 mod progress;
 mod provenance;
 mod scenario;

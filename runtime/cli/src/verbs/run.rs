@@ -1,8 +1,6 @@
 //! `mpgx run`: compile, train, evaluate, report; the scenario itself, then its variants.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use mpgx_lang::Override;
 use mpgx_lang::plan::{Plan, Setting};
@@ -11,12 +9,13 @@ use mpgx_study::storage::RealDisk;
 use mpgx_study::summary::Summary;
 use mpgx_study::{Options, Outcome, Part, Study, cells, parts};
 
+use crate::bytes::Bytes;
 use crate::failure::{Exit, Failure};
 use crate::progress::Display;
 use crate::seeds::Seeds;
 use crate::verbs::compile::parse_override;
 use crate::verbs::report::write_report;
-use crate::{forecast, provenance, scenario, suite, table};
+use crate::{forecast, interrupt, provenance, scenario, suite, table};
 
 #[derive(clap::Args)]
 #[command(after_help = "Example: mpgx run square_unison.scn --seeds 20 --set side=0.5m")]
@@ -42,6 +41,9 @@ pub struct Args {
     /// Cells that run side by side [default: all cores]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
+    /// Refuse to begin if the run could take more memory than this, for example 2GB
+    #[arg(long, value_name = "SIZE")]
+    max_memory: Option<Bytes>,
     /// At most this many episodes of training
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     episodes: Option<u32>,
@@ -122,11 +124,16 @@ fn forecast_and_run<'a>(jobs: &'a [Job], folder: &Path, args: &Args) -> Result<O
         options.threads = threads as usize;
     }
     let parts: Vec<&Part> = jobs.iter().map(|job| &job.part).collect();
-    eprint!("{}", forecast::of(&parts, folder, options.threads)?);
+    let forecast = forecast::of(&parts, folder, options.threads)?;
+    eprint!("{}", forecast.text);
+    if let Some(most) = args.max_memory.filter(|most| forecast.memory > *most) {
+        let message = format!("it could take {} of memory, more than {most}", forecast.memory);
+        return Err(Failure::new(Exit::BadInput, message).help("fewer `--threads`, or a smaller `replay`"));
+    }
     if args.dry_run {
         return Ok(None);
     }
-    options.interrupt = interrupt_flag()?;
+    options.interrupt = interrupt::flag()?;
     run_all(jobs, folder, &options).map(Some)
 }
 
@@ -217,20 +224,6 @@ fn adjust(plan: &mut Plan, args: &Args) {
     }
 }
 
-/// A flag that Ctrl-C and SIGTERM raise; a second Ctrl-C stops at once.
-fn interrupt_flag() -> Result<Arc<AtomicBool>, Failure> {
-    let flag = Arc::new(AtomicBool::new(false));
-    let raised = Arc::clone(&flag);
-    ctrlc::set_handler(move || {
-        if raised.swap(true, Ordering::SeqCst) {
-            std::process::exit(Exit::Interrupted as i32);
-        }
-        eprintln!("\nstopping at the next checkpoint; once more stops at once");
-    })
-    .map_err(|why| Failure::new(Exit::Internal, format!("cannot listen for Ctrl-C: {why}")))?;
-    Ok(flag)
-}
-
 #[cfg(test)]
 mod tests {
     use clap::Parser;
@@ -315,7 +308,7 @@ mod tests {
             }
         }
         let parts = chosen(&plan(), &args("--seeds 3")).unwrap();
-        let left = forecast::of(&parts.iter().collect::<Vec<_>>(), folder.path(), 1).unwrap();
+        let left = forecast::of(&parts.iter().collect::<Vec<_>>(), folder.path(), 1).unwrap().text;
         assert!(
             left.contains("in all 24 cells of 3 studies") && left.contains("for the 4 cells left"),
             "{left}"
