@@ -92,7 +92,8 @@ pub enum Item {
     /// `stage slow { leader.speed = … } until error < 0.1 m over 20 episodes within 5000 steps`
     Stage(StageDecl),
     /// `variant strong { k_o = 0.5 }`
-    Variant { doc: String, name: Name, settings: Vec<Assignment> },
+    /// What it observes (`Item::Observe`) is instead of what the scenario does.
+    Variant { doc: String, name: Name, observe: Vec<Spanned<Item>>, settings: Vec<Assignment> },
     /// `sweep { side in [0.2 m, 0.4 m], (a, b) in [(1, 2), (3, 4)] }`
     Sweep { doc: String, axes: Vec<Axis> },
     /// `test "a pair collides" { place … }`

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use crate::ast::{
-    self, AgentsDecl, Assignment, Call, EndItem, Expr, ExprAt, File, FormationDecl, Item, Name, RewardTerm,
-    Span,
+    AgentsDecl, Assignment, Call, EndItem, Expr, ExprAt, File, FormationDecl, Item, Name, RewardTerm, Span,
+    Spanned,
 };
 use crate::check::Override;
 use crate::check::call::MISPLACED_DRAW;
@@ -42,11 +42,18 @@ pub struct Changed {
     pub problems: Vec<Problem>,
 }
 
-/// Applies the settings in their order. `episodes` of an evaluation is none of the scenario and passed over.
-pub fn apply(program: &Program, settings: &[Assignment], kind: Kind) -> Changed {
+/// Replaces what is observed and applies the settings in their order. `episodes` of an evaluation is none of the scenario and passed over.
+pub fn apply(program: &Program, observe: &[Spanned<Item>], settings: &[Assignment], kind: Kind) -> Changed {
     let file = program.main().map(|main| main.file.clone()).unwrap_or_default();
     let mut change = Change { program, kind, file, params: Vec::new() };
     let mut problems = Vec::new();
+    if let [first, others @ ..] = observe {
+        change.observe(first.clone());
+        problems.extend(others.iter().map(|other| {
+            let problem = Problem::error(&GIVEN_TWICE, "`observe` is set twice");
+            problem.at(other.span, "again here").with(first.span, "first set here")
+        }));
+    }
     let mut seen: BTreeMap<Vec<&str>, Span> = BTreeMap::new();
     for setting in settings {
         let path: Vec<&str> = setting.path.iter().map(|name| name.node.as_str()).collect();
@@ -78,6 +85,13 @@ impl Change<'_> {
             ([name], [at]) => self.whole(setting, name, at),
             ([of, name], [_, at]) => self.part(setting, of, name, at),
             _ => self.unknown(setting, path),
+        }
+    }
+
+    fn observe(&mut self, observe: Spanned<Item>) {
+        match self.file.items.iter_mut().find(|item| matches!(item.node, Item::Observe { .. })) {
+            Some(known) => *known = observe,
+            None => self.file.items.push(observe),
         }
     }
 
@@ -221,7 +235,7 @@ impl Change<'_> {
 
     fn append(&mut self, node: Item, setting: &Assignment) {
         let span = path_span(&setting.path).to(setting.value.span);
-        self.file.items.push(ast::Spanned { node, span });
+        self.file.items.push(Spanned { node, span });
     }
 
     fn only_variants(&self, setting: &Assignment, what: &str) -> Refused {

@@ -274,7 +274,7 @@ impl<'a> Checker<'a> {
     }
 
     fn number_items(&mut self) {
-        for (id, item) in self.program.items().filter(|(id, _)| id.module == self.program.main) {
+        for (id, item) in self.main_items() {
             match &item.node {
                 Item::Param(_) => drop(self.ids.params.insert(id, self.ids.params.len())),
                 Item::Agents(decl) | Item::Obstacles(decl) => {
@@ -303,7 +303,7 @@ impl<'a> Checker<'a> {
 
     fn main_items(&self) -> impl Iterator<Item = (ItemId, &'a crate::ast::Spanned<Item>)> + use<'a> {
         let main = self.program.main;
-        self.program.items().filter(move |(id, _)| id.module == main)
+        self.program.written().filter(move |(id, _)| id.module == main)
     }
     /// The scenario's name and comment.
     fn heading(&mut self) {
@@ -362,3 +362,34 @@ Something is declared or imported, and nothing refers to it: perhaps a name was 
     param side = 0.4 m
     formation F of follower = square(0.4 m) about leader        // was `square(side)` meant?",
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parse::parse;
+    use crate::problem::render_short;
+    use crate::resolve::resolve;
+    use crate::source::NoFiles;
+
+    /// A compilation looks only at what it uses of it.
+    #[test]
+    fn the_whole_standard_library_has_no_problems() {
+        let text = include_str!("../../scenarios/square_unison.scn").to_owned();
+        let (mut sources, mut problems) = (Sources::default(), Problems::default());
+        let file = sources.add("a.scn", text);
+        let main = parse(&sources, file, &mut problems);
+        let program = resolve(main, &NoFiles, &mut sources, &mut problems);
+        let units = Units::new(&program, &mut problems);
+        let mut checker = Checker::new(&program, &sources, &units, Seen::default(), &mut problems);
+        checker.world_of_episodes(&[]);
+        let mut modules = BTreeSet::new();
+        for (id, declared) in program.library() {
+            let item = &declared.item().unwrap().node;
+            checker.declaration(id, item);
+            checker.check_preset(id.module, item);
+            modules.insert(id.module);
+        }
+        assert_eq!(modules.len(), crate::stdlib::MODULES.len());
+        assert_eq!(render_short(&problems, &sources), "");
+    }
+}

@@ -1,6 +1,7 @@
 //! Dimensions of quantities: products of base dimensions with rational exponents.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// A fraction in lowest terms with a positive denominator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -67,10 +68,10 @@ impl std::fmt::Display for Ratio {
     }
 }
 
-/// A product of powers of named dimensions; no entry has exponent zero, so equal dimensions are equal values.
+/// A product of powers of named dimensions, by name; no entry has exponent zero, so equal dimensions are equal values.
 /// The names are base dimensions or the dimension variables of the function around.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Dim(BTreeMap<String, Ratio>);
+pub struct Dim(Arc<[(Arc<str>, Ratio)]>);
 
 impl Dim {
     /// Of plain numbers.
@@ -79,7 +80,7 @@ impl Dim {
     }
 
     pub fn base(name: &str) -> Dim {
-        Dim(BTreeMap::from([(name.to_owned(), Ratio::ONE)]))
+        Dim(Arc::new([(name.into(), Ratio::ONE)]))
     }
 
     pub fn is_none(&self) -> bool {
@@ -88,21 +89,26 @@ impl Dim {
 
     /// Each name with its exponent, by name.
     pub fn factors(&self) -> impl Iterator<Item = (&str, Ratio)> {
-        self.0.iter().map(|(name, &exponent)| (name.as_str(), exponent))
+        self.0.iter().map(|(name, exponent)| (&**name, *exponent))
     }
 
     /// `None`, as for the other operations, if an exponent gets too large.
     pub fn mul(&self, other: &Dim) -> Option<Dim> {
-        let mut factors = self.0.clone();
-        for (name, &exponent) in &other.0 {
-            let sum = match factors.get(name) {
-                Some(present) => present.plus(exponent)?,
-                None => exponent,
-            };
-            factors.insert(name.clone(), sum);
+        if self.is_none() || other.is_none() {
+            return Some(if self.is_none() { other } else { self }.clone());
         }
-        factors.retain(|_, exponent| !exponent.is_zero());
-        Some(Dim(factors))
+        let mut factors = self.0.to_vec();
+        for (name, exponent) in other.0.iter() {
+            match factors.binary_search_by(|(known, _)| known.cmp(name)) {
+                Ok(at) => {
+                    let (_, known) = factors.get_mut(at)?;
+                    *known = known.plus(*exponent)?;
+                }
+                Err(at) => factors.insert(at, (name.clone(), *exponent)),
+            }
+        }
+        factors.retain(|(_, exponent)| !exponent.is_zero());
+        Some(Dim(factors.into()))
     }
 
     pub fn div(&self, other: &Dim) -> Option<Dim> {
@@ -112,6 +118,9 @@ impl Dim {
     pub fn pow(&self, exponent: Ratio) -> Option<Dim> {
         if exponent.is_zero() {
             return Some(Dim::none());
+        }
+        if exponent == Ratio::ONE {
+            return Some(self.clone());
         }
         let powers = self.0.iter().map(|(name, e)| Some((name.clone(), e.times(exponent)?)));
         powers.collect::<Option<_>>().map(Dim)
@@ -125,6 +134,9 @@ pub struct Substitution(BTreeMap<String, Dim>);
 impl Substitution {
     /// Replaces the variables that are known. `generics` names the variables.
     pub fn apply(&self, pattern: &Dim, generics: &[String]) -> Option<Dim> {
+        if generics.is_empty() {
+            return Some(pattern.clone());
+        }
         let mut result = Dim::none();
         for (name, exponent) in pattern.factors() {
             let factor = match self.0.get(name).filter(|_| generics.iter().any(|g| g == name)) {
@@ -148,6 +160,9 @@ impl Substitution {
     }
 
     fn try_unify(&mut self, pattern: &Dim, actual: &Dim, generics: &[String]) -> Option<bool> {
+        if generics.is_empty() {
+            return Some(pattern == actual);
+        }
         let mut known = Dim::none();
         let mut free = None;
         for (name, exponent) in pattern.factors() {

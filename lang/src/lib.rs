@@ -6,6 +6,9 @@
 //! .scn text ──parse──▶ Ast ──resolve──▶ Program ──check──▶ Hir ──lower──▶ Plan ──analyse──▶ Analysis
 //! ```
 
+// What pest derives names it.
+extern crate alloc;
+
 pub mod analyse;
 pub mod ast;
 mod case;

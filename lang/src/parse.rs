@@ -16,7 +16,7 @@ use std::sync::Once;
 use pest::Parser;
 use pest_derive::Parser;
 
-use crate::ast::{File, Span, Spanned};
+use crate::ast::{File, Item, Span, Spanned};
 use crate::problem::{Code, Problem, Problems};
 use crate::source::Sources;
 
@@ -80,9 +80,6 @@ fn end_of(node: &Node) -> usize {
 
 /// Parses a file of `sources`. Never fails: items with errors are left out.
 pub fn parse(sources: &Sources, file: usize, problems: &mut Problems) -> File {
-    static LIMIT: Once = Once::new();
-    LIMIT.call_once(|| pest::set_call_limit(Some(MAX_CALLS)));
-
     let text = sources.file(file).text.as_str();
     let unreadable = || File { broken: vec![Span { file, start: 0, end: text.len() }], ..File::default() };
     if text.len() > MAX_BYTES {
@@ -108,18 +105,32 @@ pub fn parse(sources: &Sources, file: usize, problems: &mut Problems) -> File {
             continue;
         }
         let context = Context { file, offset: first.start, text, problems: RefCell::new(problems) };
-        match Grammar::parse(Rule::item, &text[first.start..last.end]) {
-            Ok(mut nodes) => match nodes.next().and_then(|node| items::item(&context, node)) {
-                Some(node) => items.push(Spanned { node, span }),
-                None => broken.push(span),
-            },
+        match item(&context, last.end) {
+            Ok(Some(node)) => items.push(Spanned { node, span }),
+            Ok(None) => broken.push(span),
             Err(error) => {
-                context.problem(syntax::problem(&context, tokens, error));
+                context.problem(syntax::problem(&context, tokens, *error));
                 broken.push(span);
             }
         }
     }
     File { doc, items, broken }
+}
+
+/// Parses the item of a context, which ends at a byte of the file; `None` if its problems were told.
+fn item(context: &Context, end: usize) -> Result<Option<Item>, Box<pest::error::Error<Rule>>> {
+    static LIMIT: Once = Once::new();
+    LIMIT.call_once(|| pest::set_call_limit(Some(MAX_CALLS)));
+    let text = context.text.get(context.offset..end).unwrap_or_default();
+    let mut nodes = Grammar::parse(Rule::item, text)?;
+    Ok(nodes.next().and_then(|node| items::item(context, node)))
+}
+
+/// Parses bytes of a file that are one item without errors.
+pub(crate) fn sound_item(text: &str, file: usize, bytes: std::ops::Range<usize>) -> Option<Item> {
+    let mut problems = Problems::default();
+    let context = Context { file, offset: bytes.start, text, problems: RefCell::new(&mut problems) };
+    item(&context, bytes.end).ok().flatten()
 }
 
 /// Where the number that begins at a byte ends, its unit included.

@@ -84,8 +84,10 @@ pub fn item(item: &Item) -> String {
             block(&format!("{}evaluate {}", self::doc(doc), name.node), settings.iter().map(assignment))
         }
         Item::Stage(it) => stage(it),
-        Item::Variant { doc, name, settings } => {
-            block(&format!("{}variant {}", self::doc(doc), name.node), settings.iter().map(assignment))
+        Item::Variant { doc, name, observe, settings } => {
+            let observe = observe.iter().map(|observe| self::item(&observe.node).replace('\n', "\n    "));
+            let entries = observe.chain(settings.iter().map(assignment));
+            block(&format!("{}variant {}", self::doc(doc), name.node), entries)
         }
         Item::Sweep { doc, axes } => block(&format!("{}sweep", self::doc(doc)), axes.iter().map(axis)),
         Item::Expect(it) => expectation(it),

@@ -8,7 +8,7 @@ use crate::parse::parse;
 use crate::problem::{Code, Problem, Problems, did_you_mean};
 use crate::recording::{BAD_RECORDING, Points};
 use crate::source::{Loader, Sources};
-use crate::stdlib;
+use crate::stdlib::{self, Declaration};
 
 /// Modules nested deeper than this are refused.
 const DEEPEST: usize = 32;
@@ -30,9 +30,17 @@ pub struct Program {
 pub struct Module {
     /// As `use` names it.
     pub path: String,
-    pub standard: bool,
+    /// What was written; of the standard library nothing.
     pub file: File,
+    /// What a module of the standard library declares; of others nothing.
+    library: Vec<Declaration>,
     names: Arc<Names>,
+}
+
+impl Module {
+    pub fn is_standard(&self) -> bool {
+        !self.library.is_empty()
+    }
 }
 
 /// What the names of a module stand for; more than one thing only if that was reported.
@@ -194,7 +202,11 @@ impl Program {
     }
 
     pub fn item(&self, id: ItemId) -> Option<&Spanned<Item>> {
-        self.modules.get(id.module)?.file.items.get(id.item)
+        let module = self.modules.get(id.module)?;
+        match module.library.get(id.item) {
+            Some(declaration) => declaration.item(),
+            None => module.file.items.get(id.item),
+        }
     }
 
     pub fn main(&self) -> Option<&Module> {
@@ -206,16 +218,23 @@ impl Program {
     pub fn with_main(&self, file: File) -> Program {
         let mut modules = self.modules.clone();
         if let Some(main) = modules.get_mut(self.main) {
-            let Module { path, standard, names, .. } = &**main;
-            *main = Arc::new(Module { path: path.clone(), standard: *standard, file, names: names.clone() });
+            let Module { path, names, .. } = &**main;
+            *main = Arc::new(Module { path: path.clone(), file, library: Vec::new(), names: names.clone() });
         }
         Program { modules, main: self.main, prelude: self.prelude, recordings: self.recordings.clone() }
     }
 
-    /// The items of all modules, those of a module together.
-    pub fn items(&self) -> impl Iterator<Item = (ItemId, &Spanned<Item>)> {
+    /// The items of the scenario and the files it uses, those of a file together.
+    pub fn written(&self) -> impl Iterator<Item = (ItemId, &Spanned<Item>)> {
         self.modules.iter().enumerate().flat_map(|(module, m)| {
             m.file.items.iter().enumerate().map(move |(item, it)| (ItemId { module, item }, it))
+        })
+    }
+
+    /// What the standard modules declare, those that are seen without `use` first.
+    pub fn library(&self) -> impl Iterator<Item = (ItemId, &Declaration)> {
+        self.modules.iter().enumerate().flat_map(|(module, m)| {
+            m.library.iter().enumerate().map(move |(item, it)| (ItemId { module, item }, it))
         })
     }
 
@@ -239,11 +258,11 @@ pub fn resolve(main: File, loader: &dyn Loader, sources: &mut Sources, problems:
         Resolver { loader, sources, problems, program: Program::default(), loading: Vec::new() };
     for &path in stdlib::PRELUDE {
         if let Some(text) = stdlib::module(path) {
-            resolver.load(path, text.to_owned(), true);
+            resolver.load_standard(path, text);
         }
     }
     resolver.program.prelude = resolver.program.modules.len();
-    resolver.program.main = resolver.add("", main, false);
+    resolver.program.main = resolver.add("", main);
     resolver.program
 }
 
@@ -265,15 +284,29 @@ struct Resolver<'a> {
 }
 
 impl Resolver<'_> {
-    fn load(&mut self, path: &str, text: String, standard: bool) -> usize {
-        let name = if standard { path.to_owned() } else { file_name(path) };
-        let file = self.sources.add(&name, text);
+    fn load(&mut self, path: &str, text: String) -> usize {
+        let file = self.sources.add(&file_name(path), text);
         let file = parse(self.sources, file, self.problems);
-        self.add(path, file, standard)
+        self.add(path, file)
+    }
+
+    /// Adds a module of the standard library, which uses no others.
+    fn load_standard(&mut self, path: &str, text: &'static str) -> usize {
+        let file = self.sources.add(path, text.to_owned());
+        let library = stdlib::declarations(text, file);
+        let module = self.program.modules.len();
+        let mut names: Names = BTreeMap::new();
+        for (item, Declaration { space, name, .. }) in library.iter().enumerate() {
+            let entry = Entry { id: ItemId { module, item }, at: name.span, imported: false };
+            names.entry((*space, name.node.clone())).or_default().push(entry);
+        }
+        let (path, names) = (path.to_owned(), Arc::new(names));
+        self.program.modules.push(Arc::new(Module { path, file: File::default(), library, names }));
+        module
     }
 
     /// Adds a module after the modules it uses.
-    fn add(&mut self, path: &str, file: File, standard: bool) -> usize {
+    fn add(&mut self, path: &str, file: File) -> usize {
         self.loading.push(path.to_owned());
         let mut names: Names = BTreeMap::new();
         for item in &file.items {
@@ -297,7 +330,7 @@ impl Resolver<'_> {
         }
         let index = self.program.modules.len();
         for (number, item) in file.items.iter().enumerate() {
-            self.placed_well(path.is_empty(), standard, item);
+            self.placed_well(path.is_empty(), item);
             if let Item::Recording { file, .. } = &item.node
                 && path.is_empty()
                 && let Some(points) = self.recording(file)
@@ -312,7 +345,8 @@ impl Resolver<'_> {
         }
         self.loading.pop();
         let names = Arc::new(names);
-        self.program.modules.push(Arc::new(Module { path: path.to_owned(), standard, file, names }));
+        let (path, library) = (path.to_owned(), Vec::new());
+        self.program.modules.push(Arc::new(Module { path, file, library, names }));
         index
     }
 
@@ -344,7 +378,7 @@ impl Resolver<'_> {
             return None;
         }
         if let Some(text) = stdlib::module(&wanted) {
-            return Some(self.load(&wanted, text.to_owned(), true));
+            return Some(self.load_standard(&wanted, text));
         }
         let mut problem = Problem::error(&UNKNOWN_MODULE, format!("there is no module `{wanted}`"));
         if path.first().is_some_and(|first| first.node == "std") {
@@ -355,7 +389,7 @@ impl Resolver<'_> {
             });
         } else {
             match self.loader.load(&file_name(&wanted)) {
-                Ok(text) => return Some(self.load(&wanted, text, false)),
+                Ok(text) => return Some(self.load(&wanted, text)),
                 Err(why) => {
                     problem = problem.at(at, why).help(format!(
                         "`use {wanted}.…` reads `{}` beside the scenario; the standard library begins with `std.`",
@@ -450,7 +484,7 @@ impl Resolver<'_> {
         None
     }
 
-    fn placed_well(&mut self, main: bool, standard: bool, item: &Spanned<Item>) {
+    fn placed_well(&mut self, main: bool, item: &Spanned<Item>) {
         let library = matches!(
             item.node,
             Item::Use { .. }
@@ -467,7 +501,7 @@ impl Resolver<'_> {
             Item::Function(function) => function.body.is_none(),
             _ => false,
         };
-        if provided && !standard {
+        if provided {
             self.problems.push(
                 Problem::error(&MISPLACED_ITEM, "only the standard library declares what is built in")
                     .at(item.span, "`extern` has no implementation here")
@@ -476,7 +510,7 @@ impl Resolver<'_> {
                         _ => "algorithms, controllers, bodies, outlines and filters are those of the standard library",
                     }),
             );
-        } else if !main && !library && !provided {
+        } else if !main && !library {
             self.problems.push(
                 Problem::error(&MISPLACED_ITEM, "this belongs in the scenario, not in a file that it uses")
                     .at(item.span, "")

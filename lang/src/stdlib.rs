@@ -1,4 +1,11 @@
-//! The standard library, embedded.
+//! The standard library, embedded. A scenario uses little of it, so an item is parsed when it is first looked at.
+
+use std::ops::Range;
+use std::sync::OnceLock;
+
+use crate::ast::{Item, Name, Span, Spanned};
+use crate::parse::sound_item;
+use crate::resolve::Space;
 
 /// Modules by the path that `use` names, with their text.
 pub const MODULES: &[(&str, &str)] = &[
@@ -17,4 +24,107 @@ pub const PRELUDE: &[&str] = &["std.prelude", "std.learn", "std.control"];
 /// The text of a module.
 pub fn module(path: &str) -> Option<&'static str> {
     MODULES.iter().find(|(name, _)| *name == path).map(|(_, text)| *text)
+}
+
+/// What a standard module declares, known without parsing it.
+#[derive(Debug)]
+pub struct Declaration {
+    pub space: Space,
+    pub name: Name,
+    text: &'static str,
+    bytes: Range<usize>,
+    span: Span,
+    parsed: OnceLock<Option<Spanned<Item>>>,
+}
+
+impl Declaration {
+    pub fn item(&self) -> Option<&Spanned<Item>> {
+        let parse = || {
+            let node = sound_item(self.text, self.span.file, self.bytes.clone())?;
+            Some(Spanned { node, span: self.span })
+        };
+        self.parsed.get_or_init(parse).as_ref()
+    }
+}
+
+/// What the text of a standard module declares, in order. `file` is its index among the sources.
+///
+/// The library keeps to a form that tells without the grammar: what stands at the left edge is a comment, a closing
+/// bracket, or the first line of an item.
+pub fn declarations(text: &'static str, file: usize) -> Vec<Declaration> {
+    let (mut declarations, mut doc, mut at): (Vec<Declaration>, Option<usize>, usize) = (Vec::new(), None, 0);
+    for line in text.split_inclusive('\n') {
+        let start = at;
+        at += line.len();
+        let end = start + line.trim_end().len();
+        if line.starts_with("///") {
+            doc.get_or_insert(start);
+        } else if line.starts_with(|first: char| first.is_ascii_lowercase()) {
+            let bytes = doc.take().unwrap_or(start)..end;
+            declarations.extend(declaration(text, line, start, bytes, file));
+        } else if let Some(last) = declarations.last_mut().filter(|_| end > start && !line.starts_with("//"))
+        {
+            (last.bytes.end, last.span.end) = (end, end);
+        }
+    }
+    declarations
+}
+
+/// The declaration whose first line stands at `start`.
+fn declaration(
+    text: &'static str,
+    line: &str,
+    start: usize,
+    bytes: Range<usize>,
+    file: usize,
+) -> Option<Declaration> {
+    let mut words = line.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
+    let space = space(words.by_ref().find(|word| *word != "extern")?)?;
+    let name = words.next()?;
+    let at = start + line.find(&format!(" {name}"))? + 1;
+    let span = Span { file, start: at, end: at + name.len() };
+    let name = Spanned { node: name.to_owned(), span };
+    let span = Span { file, start, end: bytes.end };
+    Some(Declaration { space, name, text, bytes, span, parsed: OnceLock::new() })
+}
+
+/// What an item of the library declares that begins with a word.
+fn space(word: &str) -> Option<Space> {
+    Some(match word {
+        "dimension" => Space::Dimension,
+        "unit" => Space::Unit,
+        "let" | "fn" | "dist" => Space::Value,
+        "motion" => Space::Motion,
+        "formation" => Space::Shape,
+        "algorithm" => Space::Algorithm,
+        "controller" => Space::Controller,
+        "body" => Space::Body,
+        "solid" => Space::Solid,
+        "preset" => Space::Preset,
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parse::parse;
+    use crate::problem::Problems;
+    use crate::resolve::declared;
+    use crate::source::Sources;
+
+    #[test]
+    fn what_modules_declare_is_what_their_parse_tells() {
+        for (path, text) in MODULES {
+            let (mut sources, mut problems) = (Sources::default(), Problems::default());
+            let file = sources.add(path, (*text).to_owned());
+            let parsed = parse(&sources, file, &mut problems);
+            let declarations = declarations(text, file);
+            assert_eq!((declarations.len(), problems.iter().count()), (parsed.items.len(), 0), "{path}");
+            for (declaration, item) in declarations.iter().zip(&parsed.items) {
+                assert_eq!(declaration.item(), Some(item));
+                assert_eq!(declared(&item.node), Some((declaration.space, &declaration.name)));
+            }
+        }
+    }
 }

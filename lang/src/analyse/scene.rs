@@ -56,7 +56,8 @@ const PIECES: usize = 64;
 const SETTLING: usize = 3;
 
 impl<'p> Scene<'p> {
-    pub fn new(plan: &'p Plan, world: &'p World, mode: Mode) -> Scene<'p> {
+    /// Of whose agents nothing is known yet.
+    pub fn unknown(plan: &'p Plan, world: &'p World, mode: Mode) -> Scene<'p> {
         let unknown = Known {
             start: Plane::ALL,
             position: Plane::ALL,
@@ -77,6 +78,11 @@ impl<'p> Scene<'p> {
             let value = Eval::new(&scene).number(&drawn.value);
             scene.params.iter_mut().skip(drawn.param).take(1).for_each(|param| *param = value);
         }
+        scene
+    }
+
+    pub fn new(plan: &'p Plan, world: &'p World, mode: Mode) -> Scene<'p> {
+        let mut scene = Scene::unknown(plan, world, mode);
         for _ in 0..ROUNDS {
             let before = (scene.groups.clone(), scene.slots.clone());
             for formation in 0..world.formations.len() {

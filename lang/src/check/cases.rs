@@ -7,7 +7,7 @@ use super::evaluate::is_episodes;
 use super::fits::Wanted;
 use super::settings::MISSING;
 use super::{Checker, Override, Scope};
-use crate::ast::{Assignment, ExprAt, Item, Span, StageDecl, UntilDecl};
+use crate::ast::{Assignment, ExprAt, Item, Span, Spanned, StageDecl, UntilDecl};
 use crate::change::{self, Kind};
 use crate::dim::Dim;
 use crate::hir::{Hir, Stage, Type, Variant};
@@ -36,6 +36,8 @@ pub struct Origin<'n> {
 pub struct Chosen {
     pub name: String,
     pub text: String,
+    /// What is observed instead.
+    pub observe: Vec<Spanned<Item>>,
     pub settings: Vec<Assignment>,
     pub at: Span,
     pub item: Span,
@@ -65,7 +67,7 @@ impl<'a> Checker<'a> {
                     let origin =
                         Origin { kind: Kind::Evaluation, name: &name.node, at: name.span, item: item.span };
                     if evaluations < self.hir.protocols.len() && !settings.iter().all(is_episodes) {
-                        let changed = self.case(&origin, settings, overrides, known);
+                        let changed = self.case(&origin, (&[], settings), overrides, known);
                         if let Some(protocol) = self.hir.protocols.get_mut(evaluations) {
                             protocol.changed = Some(changed);
                         }
@@ -88,11 +90,18 @@ impl<'a> Checker<'a> {
         let mut chosen: Vec<Chosen> = Vec::new();
         for (_, item) in self.main_items() {
             match &item.node {
-                Item::Variant { name, settings, .. } => {
+                Item::Variant { name, observe, settings, .. } => {
                     let span = |s: &Assignment| super::settings::path_span(&s.path).to(s.value.span);
-                    let text = settings.iter().map(|s| self.one_line(span(s))).collect::<Vec<_>>().join(", ");
-                    let (name, at) = (name.node.clone(), name.span);
-                    chosen.push(Chosen { name, text, settings: settings.clone(), at, item: item.span });
+                    let spans = observe.iter().map(|it| it.span).chain(settings.iter().map(span));
+                    let text = spans.map(|span| self.one_line(span)).collect::<Vec<_>>().join(", ");
+                    chosen.push(Chosen {
+                        name: name.node.clone(),
+                        text,
+                        observe: observe.clone(),
+                        settings: settings.clone(),
+                        at: name.span,
+                        item: item.span,
+                    });
                 }
                 Item::Sweep { axes, .. } => {
                     let room = (VARIANTS + 1).saturating_sub(chosen.len());
@@ -116,7 +125,7 @@ impl<'a> Checker<'a> {
                 continue;
             }
             let origin = Origin { kind: Kind::Variant, name: &one.name, at: one.at, item: one.item };
-            let changed = self.case(&origin, &one.settings, overrides, known);
+            let changed = self.case(&origin, (&one.observe, &one.settings), overrides, known);
             let (name, text) = (one.name.clone(), one.text.clone());
             self.hir.variants.push(Variant { name, text, changed, span: one.at });
         }
@@ -127,15 +136,16 @@ impl<'a> Checker<'a> {
         self.sources.text(span).split_whitespace().collect::<Vec<_>>().join(" ")
     }
 
-    /// Checks the scenario as it is with these settings. Tells what is wrong with it alone.
+    /// Checks the scenario as it is with what is observed instead, and these settings. Tells what is wrong with it
+    /// alone.
     fn case(
         &mut self,
         origin: &Origin,
-        settings: &[Assignment],
+        (observe, settings): (&[Spanned<Item>], &[Assignment]),
         overrides: &[Override],
         known: &mut Known,
     ) -> Box<Hir> {
-        let changed = change::apply(self.program, settings, origin.kind);
+        let changed = change::apply(self.program, observe, settings, origin.kind);
         let overrides: Vec<Override> = overrides.iter().cloned().chain(changed.params).collect();
         let mut problems = Problems::default();
         changed.problems.into_iter().for_each(|problem| problems.push(problem));
@@ -163,10 +173,12 @@ impl<'a> Checker<'a> {
             if told(origin.item) || problem.labels.iter().any(|label| told(label.span)) {
                 continue;
             }
-            known.insert((code, place, Some(origin.item)));
             let inside = place.is_some_and(|place| {
                 place.file == origin.item.file && (origin.item.start..origin.item.end).contains(&place.start)
             });
+            // Variants come upon the mistakes of evaluations again, with the same place or label.
+            let again = if inside { place } else { Some(origin.at) };
+            known.extend([(code, place, Some(origin.item)), (code, place, again)]);
             let problem = problem.clone();
             self.report(match (inside, origin.kind) {
                 (true, _) => problem,
@@ -180,7 +192,7 @@ impl<'a> Checker<'a> {
     fn stage(&mut self, decl: &'a StageDecl, item: Span, overrides: &[Override], known: &mut Known) -> Stage {
         let name = &decl.name;
         let origin = Origin { kind: Kind::Stage, name: &name.node, at: name.span, item };
-        let changed = self.case(&origin, &decl.settings, overrides, known);
+        let changed = self.case(&origin, (&[], &decl.settings), overrides, known);
         if decl.until.is_none() && decl.within.is_none() {
             let problem = Problem::error(&MISSING, format!("the stage `{}` never ends", name.node));
             self.report(

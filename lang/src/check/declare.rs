@@ -95,17 +95,19 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// Checks whatever the modules declare, used or not.
+    /// Checks whatever the files declare, used or not; of the standard library only what they use is looked at.
     pub fn declarations(&mut self) {
-        for (id, item) in self.program.items() {
-            match &item.node {
-                Item::Let(_) => drop(self.let_value(id)),
-                Item::Function(_) => drop(self.callable(id)),
-                Item::Motion(_) => drop(self.motion(id)),
-                Item::Shape(_) => drop(self.shape(id)),
-                Item::Extern(_) => drop(self.signature(id)),
-                _ => {}
-            }
+        self.program.written().for_each(|(id, item)| self.declaration(id, &item.node));
+    }
+
+    pub fn declaration(&mut self, id: ItemId, item: &Item) {
+        match item {
+            Item::Let(_) => drop(self.let_value(id)),
+            Item::Function(_) => drop(self.callable(id)),
+            Item::Motion(_) => drop(self.motion(id)),
+            Item::Shape(_) => drop(self.shape(id)),
+            Item::Extern(_) => drop(self.signature(id)),
+            _ => {}
         }
     }
 
@@ -259,7 +261,7 @@ impl<'a> Checker<'a> {
                 None => {
                     let problem =
                         Problem::error(&NOT_PROVIDED, format!("nothing provides `{}`", decl.name.node));
-                    if self.program.modules.get(id.module).is_some_and(|module| module.standard) {
+                    if self.program.modules.get(id.module).is_some_and(|module| module.is_standard()) {
                         self.report(problem.at(decl.name.span, "declared `extern`"));
                     }
                     Action::Poison

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::Checker;
 use super::value::OUT_OF_RANGE;
-use crate::ast::Span;
+use crate::ast::{Item, ShapeSlots, Span};
 use crate::case::Case;
 use crate::hir::{Bound, Draw, Expr, Kind, Slots};
 use crate::inline::{Refusal, Value};
@@ -273,16 +273,22 @@ impl Checker<'_> {
     }
 
     fn shapes_that_fit(&self, group: &str, size: usize, places: usize) -> String {
-        let fitting = self.seen.shapes.values().find(|(_, shape)| match &shape.slots {
-            Slots::Rule(_) => true,
-            Slots::Edges(_) | Slots::Graph(..) => false,
-            Slots::List(slots) => slots.len() == size,
+        let library = self.program.library().filter(|(_, declared)| declared.space == Space::Shape);
+        let library = library.filter_map(|(_, declared)| declared.item());
+        let fitting = library.chain(self.program.written().map(|(_, item)| item)).find_map(|item| {
+            let Item::Shape(shape) = &item.node else { return None };
+            let fits = match &shape.slots {
+                ShapeSlots::Rule { .. } => true,
+                ShapeSlots::Edges(_) | ShapeSlots::Graph { .. } => false,
+                ShapeSlots::List(slots) => slots.len() == size,
+            };
+            fits.then_some(&shape.name.node)
         });
         let fitting =
             fitting.filter(|_| self.program.names(self.program.main, Space::Shape).next().is_some());
         let resize = format!("declare `{group}[{places}]`");
         match fitting {
-            Some((_, shape)) => format!("{resize}, or use a shape of {size}, for example `{}`", shape.name),
+            Some(shape) => format!("{resize}, or use a shape of {size}, for example `{shape}`"),
             None => format!("{resize}, or use a shape with {}", counted(size, "place")),
         }
     }

@@ -22,7 +22,7 @@ struct Chosen<'a> {
 
 impl<'a> Checker<'a> {
     pub fn learning(&mut self) {
-        self.check_presets();
+        self.program.written().for_each(|(id, item)| self.check_preset(id.module, &item.node));
         let main = self.program.main;
         let found = self.only("learn", |item| match item {
             Item::Learn { algorithm, preset, settings } => Some((algorithm, preset, settings)),
@@ -149,14 +149,12 @@ impl<'a> Checker<'a> {
     }
 
     /// Every setting of a preset must be one of each algorithm it is for.
-    fn check_presets(&mut self) {
-        for (id, item) in self.program.items() {
-            let Item::Preset { for_, settings, .. } = &item.node else { continue };
-            for algorithm in for_ {
-                match self.find(id.module, Space::Algorithm, &algorithm.node) {
-                    Some(entry) => self.known_settings(algorithm, entry.id, settings, id.module),
-                    None => drop(self.item_named(Space::Algorithm, algorithm)),
-                }
+    pub fn check_preset(&mut self, module: usize, item: &'a Item) {
+        let Item::Preset { for_, settings, .. } = item else { return };
+        for algorithm in for_ {
+            match self.find(module, Space::Algorithm, &algorithm.node) {
+                Some(entry) => self.known_settings(algorithm, entry.id, settings, module),
+                None => drop(self.item_named(Space::Algorithm, algorithm)),
             }
         }
     }

@@ -199,6 +199,7 @@ fn combination(axes: &[Vec<Point>], number: usize, item: Span) -> Chosen {
         text: each(" = ", str::to_owned).join(", "),
         at: settings.first().map_or(item, |(setting, _)| setting.value.span),
         item,
+        observe: Vec::new(),
         settings: settings.into_iter().map(|(setting, _)| setting.clone()).collect(),
     }
 }

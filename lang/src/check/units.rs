@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use crate::ast::{BinaryOp, DimExpr, Expr, ExprAt, Item, Name, Span, UnitExpr};
 use crate::dim::{Dim, Ratio};
 use crate::problem::{Code, Problem, Problems, did_you_mean};
-use crate::resolve::{Program, listed};
+use crate::resolve::{Program, Space, listed};
+use crate::stdlib::Declaration;
 
 /// All units and dimensions of a compilation.
 #[derive(Debug, Default)]
@@ -21,7 +22,10 @@ impl Units {
     /// Reads the declarations of all modules; each may use those before it.
     pub fn new(program: &Program, problems: &mut Problems) -> Units {
         let mut units = Units::default();
-        for (_, item) in program.items() {
+        let measures = |declared: &Declaration| matches!(declared.space, Space::Dimension | Space::Unit);
+        let library = program.library().filter(|(_, declared)| measures(declared));
+        let library = library.filter_map(|(_, declared)| declared.item());
+        for item in library.chain(program.written().map(|(_, item)| item)) {
             match &item.node {
                 Item::Dimension { name, value, .. } => {
                     let dim = units.dim(&value.node, &[]).unwrap_or_else(|problem| {

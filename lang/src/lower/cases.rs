@@ -81,7 +81,7 @@ impl Cases<'_> {
         told_of(&own, span, &format!("in {what}"), self.problems);
         let world = world?;
         let entries = |world: &World| {
-            let sizes = sizes(&Scene::new(self.plan, world, Mode::Training));
+            let sizes = sizes(&Scene::unknown(self.plan, world, Mode::Training));
             (sizes.state_len(), sizes.action_len())
         };
         let (own, other) = (entries(&self.plan.world), entries(&world));

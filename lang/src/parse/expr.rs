@@ -220,7 +220,7 @@ fn atom(context: &Context, node: Node) -> Option<Tall> {
     let (node, height) = match node.as_rule() {
         Rule::number => (number(context, node)?, 0),
         Rule::truth => (Expr::Truth(node.as_str() == "true"), 0),
-        Rule::name => (Expr::Name(node.as_str().to_owned()), 0),
+        Rule::call if node.clone().into_inner().len() == 1 => (Expr::Name(node.as_str().to_owned()), 0),
         Rule::call => {
             let (call, height) = call(context, node)?;
             (Expr::Call(call), height)

@@ -117,11 +117,7 @@ pub(super) fn item(context: &Context, node: Node) -> Option<Item> {
         Rule::agents => Item::Agents(agents(context, doc, parts)?),
         Rule::obstacles => Item::Obstacles(agents(context, doc, parts)?),
         Rule::require => Item::Require(expr(context, parts.next()?)?),
-        Rule::observe => {
-            let (of, entries) = of_each(context, whole)?;
-            let items = entries.into_iter().map(|node| observation(context, node)).collect::<Option<_>>()?;
-            Item::Observe { each: of, items }
-        }
+        Rule::observe => observe(context, whole)?,
         Rule::reward => {
             let (of, entries) = of_each(context, whole)?;
             let terms = entries.into_iter().map(|node| term(context, node)).collect::<Option<_>>()?;
@@ -144,11 +140,7 @@ pub(super) fn item(context: &Context, node: Node) -> Option<Item> {
             settings: settings(context, parts.next())?,
         },
         Rule::expect => Item::Expect(expectation(context, parts.next()?)?),
-        Rule::variant => Item::Variant {
-            doc,
-            name: name(context, parts.next()?),
-            settings: settings(context, parts.next())?,
-        },
+        Rule::variant => variant(context, doc, whole)?,
         Rule::stage => Item::Stage(study::stage(context, doc, parts)?),
         Rule::sweep => Item::Sweep { doc, axes: each(context, whole, |node| study::axis(context, node))? },
         Rule::test => {
@@ -424,13 +416,35 @@ fn extern_decl(context: &Context, doc: String, mut parts: Parts) -> Option<Exter
 
 pub(super) fn settings(context: &Context, node: Option<Node>) -> Option<Vec<Assignment>> {
     let Some(node) = node else { return Some(Vec::new()) };
-    each(context, node, |node| {
-        let mut parts = Parts::of(node);
-        parts.doc();
-        let path = names(context, parts.next()?);
-        let random = parts.next()?.as_str() == "~";
-        Some(Assignment { path, random, value: expr(context, parts.next()?)? })
-    })
+    each(context, node, |node| setting(context, node))
+}
+
+fn setting(context: &Context, node: Node) -> Option<Assignment> {
+    let mut parts = Parts::of(node);
+    parts.doc();
+    let path = names(context, parts.next()?);
+    let random = parts.next()?.as_str() == "~";
+    Some(Assignment { path, random, value: expr(context, parts.next()?)? })
+}
+
+fn variant(context: &Context, doc: String, node: Node) -> Option<Item> {
+    let mut entries = each(context, node, Some)?.into_iter();
+    let name = name(context, entries.next()?);
+    let (mut observes, mut settings) = (Vec::new(), Vec::new());
+    for node in entries {
+        let span = context.span(&node);
+        match node.as_rule() {
+            Rule::observe => observes.push(Spanned { node: observe(context, node)?, span }),
+            _ => settings.push(setting(context, node)?),
+        }
+    }
+    Some(Item::Variant { doc, name, observe: observes, settings })
+}
+
+fn observe(context: &Context, node: Node) -> Option<Item> {
+    let (each, entries) = of_each(context, node)?;
+    let items = entries.into_iter().map(|node| observation(context, node)).collect::<Option<_>>()?;
+    Some(Item::Observe { each, items })
 }
 
 fn observation(context: &Context, node: Node) -> Option<ObserveItem> {

@@ -230,6 +230,7 @@ const ENTRIES: &[Rule] = &[
     Rule::term,
     Rule::setting,
     Rule::observation,
+    Rule::observe,
     Rule::output,
     Rule::next,
     Rule::state,

@@ -79,7 +79,8 @@ pub fn files(compilation: &Compilation) -> Vec<(String, String)> {
     files.map(|file| (file.name.clone(), file.text.clone())).collect()
 }
 
-fn embedded(name: &str) -> Option<(&'static str, &'static str)> {
+/// The name and text of an embedded scenario.
+pub fn embedded(name: &str) -> Option<(&'static str, &'static str)> {
     let wanted = name.strip_suffix(".scn").unwrap_or(name);
     EMBEDDED.iter().copied().find(|(name, _)| *name == wanted)
 }

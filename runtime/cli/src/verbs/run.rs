@@ -1,5 +1,6 @@
 //! `mpgx run`: compile, train, evaluate, report; the scenario itself, then its variants.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use mpgx_lang::Override;
@@ -199,8 +200,9 @@ fn chosen(plan: &Plan, args: &Args) -> Result<Vec<Part>, Failure> {
         parts.retain(|part| args.variant.contains(&part.variant));
     }
     let labels = parts.iter().flat_map(|part| part.plan.learners.iter().chain(&part.plan.controllers));
-    let mut labels: Vec<&str> = labels.map(|method| method.label.as_str()).collect();
-    labels.dedup();
+    let mut seen = BTreeSet::new();
+    let labels: Vec<&str> =
+        labels.map(|method| method.label.as_str()).filter(|label| seen.insert(*label)).collect();
     if let Some(unknown) = args.algorithms.iter().find(|name| !labels.contains(&name.as_str())) {
         return Err(Failure::new(Exit::BadInput, format!("the scenario has no method `{unknown}`"))
             .help(format!("it has {}", labels.join(", "))));
@@ -288,7 +290,11 @@ mod tests {
         assert_eq!(told("--variant more").unwrap(), [(more.clone(), 0, 3, 2)]);
         assert_eq!(told("--variant more --variant short").unwrap(), [(short, 0, 2, 2), (more, 0, 3, 2)]);
         assert!(told("--variant mor").unwrap_err().contains("it has short, more"));
-        assert!(told("--algorithms ppo").unwrap_err().contains("no method `ppo`"));
+        let refused = told("--algorithms ppo").unwrap_err();
+        assert!(
+            refused.contains("no method `ppo`") && refused.ends_with("it has mpg, td3, oracle, proportional"),
+            "{refused}"
+        );
     }
 
     #[test]
