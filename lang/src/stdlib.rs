@@ -100,6 +100,7 @@ fn space(word: &str) -> Option<Space> {
         "controller" => Space::Controller,
         "body" => Space::Body,
         "solid" => Space::Solid,
+        "filter" => Space::Filter,
         "preset" => Space::Preset,
         _ => return None,
     })
