@@ -71,10 +71,10 @@ fn learners_share_the_settings_of_learn_and_keep_their_own() {
         let mut methods = plan.learners.iter().chain(&plan.controllers);
         &methods.find(|method| method.label == label).expect("a method").what.settings
     };
-    assert_eq!(settings("mpg")["gamma"], Setting::Number(0.9), "of the preset");
+    assert_eq!(settings("mpg")["rate_end"], Setting::Number(0.02), "of the preset");
     assert_eq!(settings("mpg")["steps"], Setting::Number(20000.0), "of the block, after the preset");
     assert_eq!(settings("mpg")["batch"], Setting::Number(16.0), "as declared");
-    assert_eq!(settings("td3")["gamma"], Setting::Number(0.9));
+    assert_eq!(settings("td3")["gamma"], Setting::Number(0.8));
     assert_eq!(settings("td3")["steps"], Setting::Number(20000.0));
     assert_eq!(settings("td3")["batch"], Setting::Number(32.0), "its own argument");
     assert_eq!(settings("mpg")["hidden"], Setting::List(vec![400.0, 300.0]));

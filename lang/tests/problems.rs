@@ -102,7 +102,7 @@ fn kinds() {
     gives(&[(CRASH, "-k_c * collisions")], &["wrong-kind"]);
     gives(&[(GAP, "-|F|")], &["wrong-kind"]);
     gives(&[(GAP, "-random_velocity(1 m)")], &["unknown-name"]);
-    gives(&[("{ steps = 20000 }", "{ noise_reading = variances }")], &["unknown-word"]);
+    gives(&[("{ steps = 20000, gamma = 0.8 }", "{ noise_reading = variances }")], &["unknown-word"]);
     with("param here = (0 m, 0 m)", &["type-mismatch"]);
 }
 
@@ -212,9 +212,9 @@ fn ranges_and_feasibility() {
     gives(&[("0.4 m in 0.1 m", "3 m in 0.1 m")], &["out-of-range"]);
     gives(&[("0.4 m in 0.1 m .. 2 m", "0.05 m")], &["slots-too-close"]);
     gives(&[("0.4 m in 0.1 m .. 2 m", "0.1 m")], &[]);
-    gives(&[("{ steps = 20000 }", "{ gamma = 1.5 }")], &["out-of-range"]);
-    gives(&[("{ steps = 20000 }", "{ steps = 200.5 }")], &["out-of-range"]);
-    gives(&[("{ steps = 20000 }", "{ steps = 1 / 0 }")], &["not-constant"]);
+    gives(&[("{ steps = 20000, gamma = 0.8 }", "{ gamma = 1.5 }")], &["out-of-range"]);
+    gives(&[("{ steps = 20000, gamma = 0.8 }", "{ steps = 200.5 }")], &["out-of-range"]);
+    gives(&[("{ steps = 20000, gamma = 0.8 }", "{ steps = 1 / 0 }")], &["not-constant"]);
     gives(&[("dt = 0.1 s", "dt = 0 s")], &["out-of-range"]);
     gives(&[("horizon = 200 steps", "horizon = 10.5 steps")], &["out-of-range"]);
     gives(&[("-1 m .. 1 m, -1 m .. 1 m", "1 m .. -1 m, -1 m .. 1 m")], &["out-of-range"]);
