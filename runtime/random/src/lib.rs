@@ -29,6 +29,14 @@ pub enum Purpose {
     Parameter = 8,
     /// Noise on observations (part: the member that observes).
     Sensor = 9,
+    /// What a room to look at is made of (part: which detail).
+    Scene = 10,
+    /// The path that a camera is driven along.
+    Path = 11,
+    /// Noise of a camera (step: the frame).
+    Camera = 12,
+    /// Changes made to images for training (step: the image).
+    Augment = 13,
 }
 
 /// The name of a stream. Training episodes have `protocol` 0, held-out episodes of protocol k have k + 1
