@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::pose::{Pose, PoseQ, Quaternion};
+use crate::world::{ConfigError, within};
 
 /// Where the camera sits on the robot and what it makes of the light.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,6 +47,22 @@ impl Default for CameraConfig {
 }
 
 impl CameraConfig {
+    pub(crate) fn check(&self) -> Result<(), ConfigError> {
+        for (what, pixels) in
+            [("the width of images", self.width_px), ("the height of images", self.height_px)]
+        {
+            within(what, pixels as f64, (1.0, 4096.0), "1 to 4096 pixels")?;
+        }
+        within("the camera's height", self.height_m, (0.01, 10.0), "0.01 to 10 m")?;
+        within("the camera's tilt", self.tilt_rad, (-1.5, 1.5), "-1.5 to 1.5 rad")?;
+        within("the camera's field of view", self.fov_rad, (0.05, 3.0), "0.05 to 3 rad")?;
+        within("the exposure", self.exposure_s, (0.0, 1.0), "0 to 1 s")?;
+        within("the number of rays through a pixel", self.samples as f64, (1.0, 256.0), "1 to 256")?;
+        within("the share of automatic exposure", self.auto_exposure, (0.0, 1.0), "0 to 1")?;
+        within("the shot noise", self.shot_noise, (0.0, 1.0), "0 to 1")?;
+        within("the read noise", self.read_noise, (0.0, 1.0), "0 to 1")
+    }
+
     /// The pose of the camera on a robot.
     pub fn pose(&self, robot: Pose) -> PoseQ {
         let (sin, cos) = libm::sincos(robot.heading_rad);

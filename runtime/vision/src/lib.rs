@@ -3,9 +3,24 @@
 //! Everything made here is a function of its configuration and seeds, to the bit.
 
 mod camera;
+mod cast;
+mod colour;
+pub mod dataset;
+mod exposure;
+mod grain;
 mod image;
+mod light;
+mod people;
 mod pose;
+mod props;
+mod room;
+mod solid;
+mod texture;
+mod world;
 
 pub use camera::CameraConfig;
+pub use cast::{Moving, Shot};
 pub use image::{Frame, Image};
+pub use light::TimeOfDay;
 pub use pose::{Pose, PoseQ, Quaternion};
+pub use world::{ConfigError, LandmarkConfig, LandmarkKind, Scene, TrialKey, WorldConfig};
