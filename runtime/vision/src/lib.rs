@@ -16,6 +16,8 @@ mod props;
 mod room;
 mod solid;
 mod texture;
+mod trajectory;
+mod trial;
 mod world;
 
 pub use camera::CameraConfig;
@@ -23,4 +25,6 @@ pub use cast::{Moving, Shot};
 pub use image::{Frame, Image};
 pub use light::TimeOfDay;
 pub use pose::{Pose, PoseQ, Quaternion};
+pub use trajectory::{Path, TrajectoryConfig, TrajectoryKind};
+pub use trial::{Trial, TrialConfig};
 pub use world::{ConfigError, LandmarkConfig, LandmarkKind, Scene, TrialKey, WorldConfig};

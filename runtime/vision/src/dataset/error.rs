@@ -20,9 +20,6 @@ pub enum DatasetError {
     #[error("{} is no image that can be read: {why}", path.display())]
     BadImage { path: PathBuf, why: String },
 
-    #[error("{} is {width} × {height} pixels; the first image is {first_width} × {first_height}", path.display())]
-    OtherSize { path: PathBuf, width: usize, height: usize, first_width: usize, first_height: usize },
-
     #[error("{}, line {line}: {what}", path.display())]
     BadLine { path: PathBuf, line: usize, what: String },
 
