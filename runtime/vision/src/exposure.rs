@@ -50,7 +50,7 @@ impl Sensor {
         // What is far brighter than the room, as a window, counts little.
         let bright = 3.0 * self.usual;
         let mean = film.iter().map(|&light| luminance(light).min(bright)).sum::<f32>() / film.len() as f32;
-        let gain = 0.42 * self.bias / (self.usual * libm::powf(mean.max(1e-4) / self.usual, self.auto));
+        let gain = 0.27 * self.bias / (self.usual * libm::powf(mean.max(1e-4) / self.usual, self.auto));
         let mut rgb = Vec::with_capacity(3 * film.len());
         let (middle_x, middle_y) = (width as f32 / 2.0, height as f32 / 2.0);
         let corner = middle_x * middle_x + middle_y * middle_y;

@@ -2,6 +2,8 @@
 //!
 //! Everything made here is a function of its configuration and seeds, to the bit.
 
+mod augment;
+pub mod baseline;
 mod camera;
 mod cast;
 mod colour;
@@ -10,6 +12,7 @@ mod exposure;
 mod grain;
 mod image;
 mod light;
+pub mod measure;
 mod people;
 mod pose;
 mod props;
@@ -20,6 +23,7 @@ mod trajectory;
 mod trial;
 mod world;
 
+pub use augment::{AugmentConfig, augment, augment_light};
 pub use camera::CameraConfig;
 pub use cast::{Moving, Shot};
 pub use image::{Frame, Image};

@@ -66,6 +66,22 @@ impl Quaternion {
         self.matrix().map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
     }
 
+    /// First `other`, then `self`.
+    pub fn after(self, other: Quaternion) -> Quaternion {
+        let (a, b) = (self, other);
+        Quaternion {
+            w: a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z,
+            x: a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+            y: a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
+            z: a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w,
+        }
+    }
+
+    /// The rotation back, of a quaternion of length 1.
+    pub fn inverse(self) -> Quaternion {
+        Quaternion { w: self.w, x: -self.x, y: -self.y, z: -self.z }
+    }
+
     pub fn dot(self, other: Quaternion) -> f64 {
         self.w * other.w + self.x * other.x + self.y * other.y + self.z * other.z
     }

@@ -176,13 +176,14 @@ pub(crate) fn furniture(low: bool, skins: &mut Skins, stream: &mut Stream) -> Fu
         }
         // A plant in a pot.
         3 => {
-            let pot = skins.plain(accent);
+            let (pot, wood) = (skins.plain(accent), skins.plain([0.10, 0.07, 0.04]));
             let leaf = skins.add(Texture::of(64, 32, |u, v| {
                 let light = (libm::sinf(u * 60.0 + 9.0 * v) * libm::sinf(v * 37.0 + 7.0 * u)).max(0.0);
                 mixed([0.03, 0.09, 0.02], [0.16, 0.34, 0.08], light)
             }));
             let ball = |x: f32, y: f32, z: f32, radius: f32| Solid::ball([x, y, z * height], radius, leaf);
-            let mut solids = vec![Solid::column([0.0, 0.0, 0.14], 0.15, 0.28, [pot; 3])];
+            let stem = Solid::column([0.0, 0.0, height / 3.0], 0.018, 2.0 * height / 3.0, [wood; 3]);
+            let mut solids = vec![Solid::column([0.0, 0.0, 0.14], 0.15, 0.28, [pot; 3]), stem];
             solids.extend([
                 ball(0.0, 0.0, 0.8, 0.19),
                 ball(0.1, -0.06, 0.6, 0.16),

@@ -25,29 +25,29 @@ impl Truth {
     pub fn at(&self, time_s: f64, gap_s: f64) -> Result<PoseQ, DatasetError> {
         let lost = |why: String| Err(DatasetError::NoPose { time_s, why });
         let next = self.samples.partition_point(|&(time, _)| time <= time_s);
-        let (Some((t0, before)), after) =
-            (next.checked_sub(1).and_then(|i| self.samples.get(i)), self.samples.get(next))
-        else {
+        let Some(&(t0, before)) = next.checked_sub(1).and_then(|last| self.samples.get(last)) else {
             return lost("the poses begin later".into());
         };
-        let Some((t1, after)) = after else {
-            return if *t0 == time_s { Ok(*before) } else { lost(format!("the poses end at {t0} s")) };
+        if t0 == time_s {
+            return Ok(before);
+        }
+        let Some(&(t1, after)) = self.samples.get(next) else {
+            return lost(format!("the poses end at {t0} s"));
         };
-        if t1 - t0 > gap_s && *t0 != time_s {
+        if t1 - t0 > gap_s {
             return lost(format!("none was measured from {t0} s to {t1} s"));
         }
-        Ok(before.between(after, (time_s - t0) / (t1 - t0)))
+        Ok(before.between(&after, (time_s - t0) / (t1 - t0)))
     }
 
     /// [`at`](Truth::at) whatever the gap, the first or last pose outside.
     pub(crate) fn nearest(&self, time_s: f64) -> PoseQ {
-        let edge = |found: Option<&(f64, PoseQ)>| {
-            found.filter(|&&(time, _)| time >= time_s).or(self.samples.last()).map(|&(_, pose)| pose)
+        let edge = || {
+            let later = self.samples.iter().find(|&&(time, _)| time >= time_s);
+            later.or(self.samples.last()).map(|&(_, pose)| pose)
         };
-        self.at(time_s, f64::INFINITY)
-            .ok()
-            .or_else(|| edge(self.samples.first()))
-            .unwrap_or(PoseQ { position_m: [0.0; 3], quaternion: Quaternion::IDENTITY })
+        let pose = self.at(time_s, f64::INFINITY).ok().or_else(edge);
+        pose.unwrap_or(PoseQ { position_m: [0.0; 3], quaternion: Quaternion::IDENTITY })
     }
 }
 
