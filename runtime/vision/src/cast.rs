@@ -5,7 +5,7 @@
 
 use mpgx_random::Purpose;
 
-use crate::colour::{BLACK, Rgb, plus, scaled};
+use crate::colour::{BLACK, Rgb, greatest, least, plus, scaled};
 use crate::image::Image;
 use crate::light::Glow;
 use crate::pose::Pose;
@@ -100,14 +100,17 @@ impl Scene {
         let mut met = vec![NOTHING; film.len()];
         for (number, solid) in self.solids.iter().chain(moved).enumerate() {
             let Some([columns, rows]) = view.bounds(solid) else { continue };
+            let (shape, origin, right) =
+                (solid.shape, solid.from_centre(view.origin), solid.shape.local(view.right));
             for y in rows.0..rows.1 {
-                let start = view.towards(0.0, y as f32);
-                for x in columns.0..columns.1 {
-                    let away = solid.meets(view.origin, plus(start, scaled(view.right, x as f32)));
-                    let pixel = y * width + x;
-                    if away < depth[pixel] {
-                        depth[pixel] = away;
-                        met[pixel] = number as u32;
+                let start = shape.local(view.towards(0.0, y as f32));
+                let row = y * width..(y + 1) * width;
+                let pixels = depth[row.clone()].iter_mut().zip(&mut met[row]);
+                for (x, (depth, met)) in pixels.enumerate().take(columns.1).skip(columns.0) {
+                    let away = shape.meets(origin, plus(start, scaled(right, x as f32)));
+                    if away < *depth {
+                        *depth = away;
+                        *met = number as u32;
                     }
                 }
             }
@@ -156,7 +159,7 @@ impl Scene {
         let x = (if d[0] > 0.0 { hx - o[0] } else { -hx - o[0] }) / d[0];
         let y = (if d[1] > 0.0 { hy - o[1] } else { -hy - o[1] }) / d[1];
         let z = (if d[2] > 0.0 { height - o[2] } else { -o[2] }) / d[2];
-        let away = x.min(y).min(z);
+        let away = least(least(x, y), z);
         let place = plus(o, scaled(d, away));
         let (u, v) = (0.5 + place[0] / (2.0 * hx), 0.5 + place[1] / (2.0 * hy));
         let down = 1.0 - place[2] / height;
@@ -234,28 +237,31 @@ impl View {
     /// How much of a surface a ray stands for, m².
     #[inline]
     fn area(&self, direction: [f32; 3], away: f32, normal: [f32; 3]) -> f32 {
-        let facing = dot(direction, normal).abs().max(0.02);
+        let facing = greatest(dot(direction, normal).abs(), 0.02);
         self.area * away * away / facing
     }
 
     /// Columns and rows (first and one past the last) that may see a solid; nothing if none does.
     fn bounds(&self, solid: &Solid) -> Option<[(usize, usize); 2]> {
-        let reach = solid.reach();
         let away: [f32; 3] = std::array::from_fn(|i| solid.centre[i] - self.origin[i]);
-        let forward = dot(away, self.axes[2]);
-        if forward < -reach {
+        // How far it is to its middle, and from there to its edge, along an axis.
+        let along = |axis: usize| (dot(away, self.axes[axis]), solid.shape.reach(self.axes[axis]));
+        let (forward, deep) = along(2);
+        if forward < -deep {
             return None;
         }
         let range = |axis: usize, count: usize| {
-            if forward - reach < 0.02 {
+            if forward - deep < 0.02 {
                 return Some((0, count));
             }
-            let (low, high) = (dot(away, self.axes[axis]) - reach, dot(away, self.axes[axis]) + reach);
-            let edge = |side: f32, outer: bool| side / if outer { forward - reach } else { forward + reach };
+            let (aside, wide) = along(axis);
+            let (low, high) = (aside - wide, aside + wide);
+            let seen = |side: f32, outwards: bool| {
+                side / if outwards { forward - deep } else { forward + deep } * self.focal
+            };
             let middle = count as f32 / 2.0 - self.offset[axis];
-            let first = middle + self.focal * edge(low, low < 0.0);
-            let last = middle + self.focal * edge(high, high > 0.0);
-            let (first, last) = (first.max(0.0), (last + 2.0).min(count as f32));
+            let first = greatest(middle + seen(low, low < 0.0), 0.0);
+            let last = least(middle + seen(high, high > 0.0) + 2.0, count as f32);
             (first < last).then_some((first as usize, last as usize))
         };
         Some([range(0, self.width)?, range(1, self.height)?])

@@ -42,3 +42,15 @@ pub(crate) fn ramp(low: f32, high: f32, x: f32) -> f32 {
     let share = ((x - low) / (high - low)).clamp(0.0, 1.0);
     share * share * (3.0 - 2.0 * share)
 }
+
+/// The lesser number in one instruction; `b` if one of them is NaN.
+#[inline]
+pub(crate) fn least(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// The greater number in one instruction; `b` if one of them is NaN.
+#[inline]
+pub(crate) fn greatest(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}

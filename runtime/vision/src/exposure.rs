@@ -3,7 +3,7 @@
 use mpgx_random::{Purpose, Stream};
 
 use crate::camera::CameraConfig;
-use crate::colour::{Rgb, luminance, scaled};
+use crate::colour::{Rgb, greatest, luminance, scaled};
 use crate::image::Image;
 use crate::world::{Part, TrialKey};
 
@@ -64,7 +64,7 @@ impl Sensor {
                 for value in scaled(light, gain * vignette) {
                     let deviation = (self.read * self.read + self.shot * self.shot * value).sqrt();
                     let value = value + deviation * noise.next().copied().unwrap_or(0.0);
-                    let entry = value.max(0.0).sqrt() * (CURVE as f32 / 4.0);
+                    let entry = greatest(value, 0.0).sqrt() * (CURVE as f32 / 4.0);
                     rgb.push(self.curve[(entry as usize).min(CURVE - 1)]);
                 }
             }

@@ -3,7 +3,7 @@
 use mpgx_random::Stream;
 use serde::{Deserialize, Serialize};
 
-use crate::colour::{BLACK, Rgb, plus, ramp, scaled};
+use crate::colour::{BLACK, Rgb, greatest, plus, ramp, scaled};
 
 /// When a trial takes place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -182,7 +182,7 @@ impl Glow {
         let mut sum = scaled(self.ambient, 0.85 + 0.15 * normal[2]);
         for (towards, light) in &self.keys {
             let facing = normal[0] * towards[0] + normal[1] * towards[1] + normal[2] * towards[2];
-            sum = plus(sum, scaled(*light, facing.max(0.0)));
+            sum = plus(sum, scaled(*light, greatest(facing, 0.0)));
         }
         sum
     }

@@ -1,5 +1,7 @@
 //! Blocks, upright columns and balls: where rays meet them, and what is seen there.
 
+use crate::colour::{greatest, least};
+
 /// A thing in space. Its skins index the scene's textures.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Solid {
@@ -67,15 +69,6 @@ impl Solid {
         Solid { shape, centre: [x + a * cos - b * sin, y + a * sin + b * cos, z], skins: self.skins }
     }
 
-    /// Radius of a ball around the centre that holds all of it, m.
-    pub fn reach(&self) -> f32 {
-        match self.shape {
-            Shape::Block { half: [x, y, z], .. } => (x * x + y * y + z * z).sqrt(),
-            Shape::Column { radius, half_height } => (radius * radius + half_height * half_height).sqrt(),
-            Shape::Ball { radius } => radius,
-        }
-    }
-
     /// Radius of a disc on the floor that it stands on, about, m.
     pub fn footprint(&self) -> f32 {
         match self.shape {
@@ -86,7 +79,7 @@ impl Solid {
 
     /// How far a place is from it, m; 0 inside. For a turned block and columns exact.
     pub fn distance(&self, place: [f32; 3]) -> f32 {
-        let [x, y, z] = self.local(std::array::from_fn(|i| place[i] - self.centre[i]));
+        let [x, y, z] = self.from_centre(place);
         let length = |a: f32, b: f32, c: f32| (a * a + b * b + c * c).sqrt();
         match self.shape {
             Shape::Block { half, .. } => length(
@@ -101,57 +94,22 @@ impl Solid {
         }
     }
 
-    /// A vector in the solid's own axes.
+    /// From the centre to a place, in the solid's own axes.
     #[inline]
-    fn local(&self, [x, y, z]: [f32; 3]) -> [f32; 3] {
-        match self.shape {
-            Shape::Block { turn: [cos, sin], .. } => [x * cos + y * sin, y * cos - x * sin, z],
-            _ => [x, y, z],
-        }
+    pub fn from_centre(&self, place: [f32; 3]) -> [f32; 3] {
+        self.shape.local(std::array::from_fn(|i| place[i] - self.centre[i]))
     }
 
     /// How often `direction` fits between `origin` and the first place where the ray enters the solid; infinite if it
     /// does not, or if it starts inside.
-    #[inline]
     pub fn meets(&self, origin: [f32; 3], direction: [f32; 3]) -> f32 {
-        let o =
-            self.local([origin[0] - self.centre[0], origin[1] - self.centre[1], origin[2] - self.centre[2]]);
-        let d = self.local(direction);
-        let met = match self.shape {
-            Shape::Block { half, .. } => {
-                let slab = |i: usize| {
-                    let (a, b) = ((-half[i] - o[i]) / d[i], (half[i] - o[i]) / d[i]);
-                    (a.min(b), a.max(b))
-                };
-                let ((x0, x1), (y0, y1), (z0, z1)) = (slab(0), slab(1), slab(2));
-                let (enters, leaves) = (x0.max(y0).max(z0), x1.min(y1).min(z1));
-                if enters < leaves { enters } else { f32::INFINITY }
-            }
-            Shape::Column { radius, half_height } => {
-                let (a, b) = (d[0] * d[0] + d[1] * d[1], o[0] * d[0] + o[1] * d[1]);
-                let c = o[0] * o[0] + o[1] * o[1] - radius * radius;
-                let root = (b * b - a * c).max(0.0).sqrt();
-                let (z0, z1) = ((-half_height - o[2]) / d[2], (half_height - o[2]) / d[2]);
-                let enters = ((-b - root) / a).max(z0.min(z1));
-                let leaves = ((-b + root) / a).min(z0.max(z1));
-                if enters < leaves { enters } else { f32::INFINITY }
-            }
-            Shape::Ball { radius } => {
-                let a = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-                let b = o[0] * d[0] + o[1] * d[1] + o[2] * d[2];
-                let c = o[0] * o[0] + o[1] * o[1] + o[2] * o[2] - radius * radius;
-                let inside = b * b - a * c;
-                if inside > 0.0 { (-b - inside.sqrt()) / a } else { f32::INFINITY }
-            }
-        };
-        if met > 0.0 { met } else { f32::INFINITY }
+        self.shape.meets(self.from_centre(origin), self.shape.local(direction))
     }
 
     /// What is at a place on the surface.
     #[inline]
     pub fn spot(&self, place: [f32; 3]) -> Spot {
-        let [x, y, z] =
-            self.local([place[0] - self.centre[0], place[1] - self.centre[1], place[2] - self.centre[2]]);
+        let [x, y, z] = self.from_centre(place);
         match self.shape {
             Shape::Block { half: [hx, hy, hz], turn: [cos, sin] } => {
                 let out = [x.abs() / hx, y.abs() / hy, z.abs() / hz];
@@ -192,6 +150,69 @@ impl Solid {
                 Spot { normal, skin: self.skins[0], u: around(x, y), v: 0.5 - z / (2.0 * radius), across }
             }
         }
+    }
+}
+
+impl Shape {
+    /// A vector in the shape's own axes.
+    #[inline]
+    pub fn local(&self, [x, y, z]: [f32; 3]) -> [f32; 3] {
+        match self {
+            Shape::Block { turn: [cos, sin], .. } => [x * cos + y * sin, y * cos - x * sin, z],
+            _ => [x, y, z],
+        }
+    }
+
+    /// How far it reaches from its centre along an axis of length 1 (its support function).
+    pub fn reach(&self, axis: [f32; 3]) -> f32 {
+        let [x, y, z] = self.local(axis);
+        match *self {
+            Shape::Block { half, .. } => half[0] * x.abs() + half[1] * y.abs() + half[2] * z.abs(),
+            Shape::Column { radius, half_height } => radius * (x * x + y * y).sqrt() + half_height * z.abs(),
+            Shape::Ball { radius } => radius,
+        }
+    }
+
+    /// [`Solid::meets`], for origin and direction in the shape's own axes.
+    #[inline]
+    pub fn meets(&self, o: [f32; 3], d: [f32; 3]) -> f32 {
+        let met = match *self {
+            Shape::Block { half, .. } => {
+                let slab = |i: usize| {
+                    let (a, b) = ((-half[i] - o[i]) / d[i], (half[i] - o[i]) / d[i]);
+                    (least(a, b), greatest(a, b))
+                };
+                let ((x0, x1), (y0, y1), (z0, z1)) = (slab(0), slab(1), slab(2));
+                let (enters, leaves) = (greatest(greatest(x0, y0), z0), least(least(x1, y1), z1));
+                if enters < leaves { enters } else { f32::INFINITY }
+            }
+            Shape::Column { radius, half_height } => {
+                let (a, b) = (d[0] * d[0] + d[1] * d[1], o[0] * d[0] + o[1] * d[1]);
+                let c = o[0] * o[0] + o[1] * o[1] - radius * radius;
+                let squared = b * b - a * c;
+                // With a direction straight up, a is 0, and only the ends can be met: the ray is inside or outside.
+                if !(squared > 0.0 || (a == 0.0 && c < 0.0)) {
+                    return f32::INFINITY;
+                }
+                let root = squared.sqrt();
+                let (z0, z1) = ((-half_height - o[2]) / d[2], (half_height - o[2]) / d[2]);
+                let (near, far) = if a > 0.0 {
+                    ((-b - root) / a, (root - b) / a)
+                } else {
+                    (f32::NEG_INFINITY, f32::INFINITY)
+                };
+                let (enters, leaves) = (greatest(near, least(z0, z1)), least(far, greatest(z0, z1)));
+                if enters < leaves { enters } else { f32::INFINITY }
+            }
+            Shape::Ball { radius } => {
+                let a = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+                let b = o[0] * d[0] + o[1] * d[1] + o[2] * d[2];
+                let c = o[0] * o[0] + o[1] * o[1] + o[2] * o[2] - radius * radius;
+                let squared = b * b - a * c;
+                if squared > 0.0 { (-b - squared.sqrt()) / a } else { f32::INFINITY }
+            }
+        };
+        if met > 0.0 { met } else { f32::INFINITY }
     }
 }
 

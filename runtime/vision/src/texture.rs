@@ -1,6 +1,6 @@
 //! Tables of colours with their means over 2×2, 4×4, … texels, so that what is far away does not flicker.
 
-use crate::colour::{BLACK, Rgb, plus, scaled};
+use crate::colour::{BLACK, Rgb, greatest, least};
 
 #[derive(Clone, Debug)]
 pub(crate) struct Texture {
@@ -12,7 +12,8 @@ pub(crate) struct Texture {
 struct Level {
     width: usize,
     height: usize,
-    texels: Vec<Rgb>,
+    /// Red, green, blue and nothing: four numbers are read at once.
+    texels: Vec<[f32; 4]>,
 }
 
 impl Texture {
@@ -21,7 +22,7 @@ impl Texture {
         let mut texels = Vec::with_capacity(width * height);
         for y in 0..height {
             let v = (y as f32 + 0.5) / height as f32;
-            texels.extend((0..width).map(|x| colour((x as f32 + 0.5) / width as f32, v)));
+            texels.extend((0..width).map(|x| padded(colour((x as f32 + 0.5) / width as f32, v))));
         }
         let mut levels = vec![Level { width, height, texels }];
         while let Some(last) = levels.last().filter(|level| level.width * level.height > 1) {
@@ -31,12 +32,12 @@ impl Texture {
     }
 
     pub fn plain(colour: Rgb) -> Texture {
-        Texture { levels: vec![Level { width: 1, height: 1, texels: vec![colour] }] }
+        Texture { levels: vec![Level { width: 1, height: 1, texels: vec![padded(colour)] }] }
     }
 
     /// The mean of all.
     pub fn mean(&self) -> Rgb {
-        self.levels.last().and_then(|level| level.texels.first()).copied().unwrap_or(BLACK)
+        self.levels.last().and_then(|level| level.texels.first()).map_or(BLACK, |&[r, g, b, _]| [r, g, b])
     }
 
     /// Texels of the finest table across the whole width.
@@ -49,7 +50,7 @@ impl Texture {
     #[inline]
     pub fn sample(&self, u: f32, v: f32, footprint: f32) -> Rgb {
         // Half of the exponent of the area is the logarithm of the side.
-        let exponent = (footprint.max(1.0).to_bits() >> 23) as usize - 127;
+        let exponent = (greatest(footprint, 1.0).to_bits() >> 23) as usize - 127;
         let level = exponent.div_ceil(2).min(self.levels.len() - 1);
         self.levels[level].sample(u, v)
     }
@@ -63,11 +64,12 @@ impl Level {
         let (upper, lower) = (y * self.width, below * self.width);
         let (a, b) = (self.texels[upper + x], self.texels[upper + right]);
         let (c, d) = (self.texels[lower + x], self.texels[lower + right]);
-        std::array::from_fn(|i| {
+        let [r, g, b, _] = std::array::from_fn(|i| {
             let top = a[i] + (b[i] - a[i]) * share_x;
             let bottom = c[i] + (d[i] - c[i]) * share_x;
             top + (bottom - top) * share_y
-        })
+        });
+        [r, g, b]
     }
 
     fn halved(&self) -> Level {
@@ -77,21 +79,30 @@ impl Level {
             let rows = [2 * y, (2 * y + 1).min(self.height - 1)];
             for x in 0..width {
                 let columns = [2 * x, (2 * x + 1).min(self.width - 1)];
-                let four = rows.iter().flat_map(|y| columns.map(|x| self.texels[y * self.width + x]));
-                texels.push(scaled(four.fold(BLACK, plus), 0.25));
+                let mut sum = [0.0; 4];
+                for texel in rows.iter().flat_map(|y| columns.map(|x| self.texels[y * self.width + x])) {
+                    for (sum, value) in sum.iter_mut().zip(texel) {
+                        *sum += value / 4.0;
+                    }
+                }
+                texels.push(sum);
             }
         }
         Level { width, height, texels }
     }
 }
 
+fn padded([r, g, b]: Rgb) -> [f32; 4] {
+    [r, g, b, 0.0]
+}
+
 /// The two texels beside a place in 0..1 and the share of the second.
 #[inline]
 fn neighbours(place: f32, count: usize) -> (usize, usize, f32) {
     let last = (count - 1) as f32;
-    let texel = (place * count as f32 - 0.5).max(0.0).min(last);
+    let texel = least(greatest(place * count as f32 - 0.5, 0.0), last);
     let first = texel as usize;
-    (first, (first + 1).min(count - 1), texel - first as f32)
+    (first, first + usize::from(first + 1 < count), texel - first as f32)
 }
 
 #[cfg(test)]

@@ -322,7 +322,7 @@ fn beside(face: Face, room: &Room, solid: &Solid) -> bool {
     let normal = face.normal();
     let on = room.place(face, 0.0, 0.0);
     let away: f32 = (0..3).map(|i| normal[i] * (solid.centre[i] - on[i])).sum();
-    away - solid.reach() < 0.3
+    away - solid.shape.reach(normal) < 0.3
 }
 
 /// A colour of the room in the trial's light, for shadows: what is left under something that moves.
