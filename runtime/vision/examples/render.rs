@@ -48,7 +48,7 @@ fn large() -> Result<Vec<Vec<Image>>, Box<dyn Error>> {
     let afternoon = Scene::new(&world, &camera, TimeOfDay::Afternoon, key(9))?;
     let turning = Moving { turn_radps: 2.5, ..stand(-0.5, 0.0, 4.4) };
     rows.push(vec![
-        take(&busy, stand(-0.8, 0.2, 0.5), &[], 2.0),
+        take(&busy, stand(-1.4, 0.4, 0.0), &[], 9.0),
         take(&evening, stand(-0.6, 0.0, 0.0), &robots, 0.0),
         take(&afternoon, turning, &[], 0.0),
     ]);

@@ -127,7 +127,7 @@ fn every_damage_of_a_tum_recording_is_told() {
         (|at| fs::write(at.join("groundtruth.txt"), "").unwrap(), "AT/groundtruth.txt holds no pose"),
         (
             |at| fs::write(at.join("tags.json"), "{\n \"lighting\": 3}").unwrap(),
-            "AT/tags.json, line 2: invalid type: integer `3`, expected a string at line 2 column 14",
+            "AT/tags.json, line 2: invalid type: integer `3`, expected a string at line 2 column 13",
         ),
         (
             |at| {
