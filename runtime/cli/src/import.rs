@@ -5,8 +5,9 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use mpgx_study::import::{Algorithm, MAX_BYTES, Pair, Results, import};
+use mpgx_study::import::{Algorithm, MAX_BYTES, Results, import};
 use mpgx_study::storage::{RealDisk, Storage};
+use mpgx_study::summary::Pair;
 
 use crate::failure::{Exit, Failure};
 

@@ -73,6 +73,7 @@ enum Verb {
 }
 
 fn main() -> ExitCode {
+    leave_closed_pipes_alone();
     tracing_subscriber::fmt()
         .with_writer(std::io::stderr)
         .with_env_filter(tracing_subscriber::EnvFilter::from_env("MPGX_LOG"))
@@ -85,6 +86,18 @@ fn main() -> ExitCode {
             failure.exit.into()
         }
     }
+}
+
+/// `mpgx list | head -1` is no error: who reads has read enough. The exit code is that of SIGPIPE.
+fn leave_closed_pipes_alone() {
+    let told = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let message = panic.payload().downcast_ref::<String>().map_or("", String::as_str);
+        if message.starts_with("failed printing to") && message.contains("Broken pipe") {
+            std::process::exit(141);
+        }
+        told(panic);
+    }));
 }
 
 /// `MPGX_SIMD` chooses slower kernels than the processor has; the results keep their bits.

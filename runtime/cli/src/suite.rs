@@ -60,18 +60,23 @@ pub fn member<'a>(part: &'a Part, summary: &'a Summary) -> Member<'a> {
     Member { plan: &part.plan, variant: &part.variant, report, summary }
 }
 
+/// The page over all of them.
+pub fn html(found: &Found, members: &[Member]) -> Result<String, Failure> {
+    mpgx_report::suite_html(&found.suite, members)
+        .map_err(|error| Failure::new(Exit::Internal, error.to_string()))
+}
+
 /// Writes `report.html` and the suite itself into the folder of results, and gives the report's path.
 pub fn write_report(found: &Found, members: &[Member], folder: &Path) -> Result<PathBuf, Failure> {
-    let html = mpgx_report::suite_html(&found.suite, members)
-        .map_err(|error| Failure::new(Exit::Internal, error.to_string()))?;
+    let html = html(found, members)?;
     let storage = RealDisk::new(folder);
     storage.write_atomic(FILE, found.text.as_bytes())?;
     storage.write_atomic("report.html", html.as_bytes())?;
     Ok(folder.join("report.html"))
 }
 
-/// Writes the report of a folder of results again, from what lies there alone; `None` if it is no suite's.
-pub fn rewrite_report(results: &Path) -> Result<Option<PathBuf>, Failure> {
+/// A suite and its finished studies as they lie in a folder of results; `None` if it is no suite's.
+pub fn load(results: &Path) -> Result<Option<(Found, Vec<(Part, Summary)>)>, Failure> {
     let file = results.join(FILE);
     if !file.is_file() {
         return Ok(None);
@@ -89,8 +94,12 @@ pub fn rewrite_report(results: &Path) -> Result<Option<PathBuf>, Failure> {
             }
         }
     }
-    let members: Vec<Member> = finished.iter().map(|(part, summary)| member(part, summary)).collect();
-    write_report(&found, &members, results).map(Some)
+    Ok(Some((found, finished)))
+}
+
+/// The finished studies as the report sees them.
+pub fn members(finished: &[(Part, Summary)]) -> Vec<Member<'_>> {
+    finished.iter().map(|(part, summary)| member(part, summary)).collect()
 }
 
 /// The folders in `folder` that hold a study, in order; none if it cannot be read.

@@ -4,20 +4,19 @@ use std::collections::BTreeSet;
 
 use minijinja::value::Serde;
 use minijinja::{Value, context};
-use mpgx_study::import::{Algorithm, Pair, Results};
+use mpgx_study::import::{Algorithm, Results};
+use mpgx_study::summary::Pair;
 use serde::Serialize;
 
 use crate::band::{Estimate, Resamples};
+use crate::lines::{Drawing, Line, Lines, lines};
 use crate::profile::{Profile, Sample, profile};
 use crate::strips::{Spread, Strips, strips};
-use crate::svg::{self, Axis, Chart, Tick};
-use crate::text::{Format, count, plural};
+use crate::text::{Format, plural};
 use crate::{Page, ReportError, Section, page, render};
 
 /// Most points of a curve.
 const POINTS: usize = 200;
-/// Rows of the table below it.
-const TABLE_ROWS: usize = 12;
 
 #[derive(Serialize)]
 struct Part<'a> {
@@ -28,7 +27,7 @@ struct Part<'a> {
     pairs: Vec<Contrast<'a>>,
     strips: Option<Strips<'a>>,
     profile: Option<Profile>,
-    curves: Option<Curves>,
+    curves: Option<Lines>,
     note: Option<String>,
 }
 
@@ -59,13 +58,6 @@ struct Contrast<'a> {
     p: Option<String>,
     verdict: &'a str,
     how: &'static str,
-}
-
-#[derive(Serialize)]
-struct Curves {
-    chart: Value,
-    legend: Vec<(String, &'static str)>,
-    rows: Vec<Vec<String>>,
 }
 
 /// The page as HTML text. `name` is what the results are called.
@@ -127,7 +119,7 @@ fn part(k: usize, results: &Results) -> Part<'_> {
     let with_style = || algorithms.iter().enumerate().map(|(k, it)| (it, style(k)));
     let rows = with_style().map(|(it, style)| row(it, style, format));
     let spreads = with_style().map(|(it, style)| Spread {
-        label: &it.name,
+        label: it.name.clone(),
         style,
         points: it.statistic.per_seed.iter().flatten().copied().collect(),
         mid: it.statistic.iqm,
@@ -202,59 +194,19 @@ fn note(results: &Results) -> Option<String> {
 }
 
 /// Interquartile means at each `step_count` with their bands. `None` if there are less than two of them.
-fn curves(id: &str, results: &Results) -> Option<Curves> {
+fn curves(id: &str, results: &Results) -> Option<Lines> {
     let mut counts: Vec<f64> =
         results.algorithms.iter().flat_map(|it| &it.curves).flatten().map(|(count, _)| *count).collect();
     counts.sort_unstable_by(f64::total_cmp);
     counts.dedup();
-    let (first, last) = (*counts.first()?, *counts.last()?);
     let every = counts.len().div_ceil(POINTS);
     let kept = counts.iter().enumerate().filter(|(k, _)| k % every == 0 || k + 1 == counts.len());
     let counts: Vec<f64> = kept.map(|(_, count)| *count).collect();
-    let lines: Vec<Vec<Option<Estimate>>> = results.algorithms.iter().map(|it| band(it, &counts)).collect();
-    let shown = lines.iter().flatten().flatten().flat_map(|it| {
-        let (lo, hi) = it.interval.unwrap_or((it.mid, it.mid));
-        [lo, it.mid, hi]
-    });
-    let x = Axis { lo: first, hi: last, ..Axis::linear([first, last], 5, Format::number) };
-    let ticks = x.ticks.into_iter().filter(|tick| (first..=last).contains(&tick.value));
-    let x = Axis { ticks: ticks.map(|tick| Tick { label: count(tick.value), ..tick }).collect(), ..x };
-    let y = Axis::linear(shown, 5, Format::number);
-    let format = Format::number(y.lo.abs().max(y.hi.abs()));
-    let area =
-        lines.iter().enumerate().map(|(k, line)| draw(style(k), line, &counts, &x, &y)).collect::<String>();
-    let words = results.algorithms.iter().zip(&lines).filter_map(|(it, line)| {
-        let (first, last) = (line.iter().flatten().next()?, line.iter().flatten().last()?);
-        Some(format!("{} goes from {} to {}.", it.name, format.plain(first.mid), format.plain(last.mid)))
-    });
-    let chart = Chart {
-        id,
-        title: &format!("{} while training", results.metric),
-        description: &words.collect::<Vec<_>>().join(" "),
-        height: 250,
-        x: &x,
-        y: &y,
-        area: &area,
-        over: "",
-    };
-    let cell = |line: &Vec<Option<Estimate>>, k: usize| match line.get(k).copied().flatten() {
-        Some(Estimate { mid, interval: Some((lo, hi)) }) => {
-            format!("{} [{}, {}]", format.plain(mid), format.plain(lo), format.plain(hi))
-        }
-        Some(Estimate { mid, interval: None }) => format.plain(mid),
-        None => String::new(),
-    };
-    let every = counts.len().div_ceil(TABLE_ROWS);
-    let picked = counts.iter().enumerate().filter(|(k, _)| (k + 1) % every == 0 || k + 1 == counts.len());
-    let rows = picked.map(|(k, count)| {
-        [count.to_string()].into_iter().chain(lines.iter().map(|line| cell(line, k))).collect()
-    });
-    let legend = results.algorithms.iter().enumerate().map(|(k, it)| (it.name.clone(), style(k)));
-    (first < last).then(|| Curves {
-        chart: Value::from_safe_string(chart.render()),
-        legend: legend.collect(),
-        rows: rows.collect(),
-    })
+    let all = results.algorithms.iter().enumerate();
+    let drawn: Vec<Line> =
+        all.map(|(k, it)| Line { label: &it.name, style: style(k), points: band(it, &counts) }).collect();
+    let title = format!("{} while training", results.metric);
+    lines(&Drawing { id, title: &title, x_name: "step_count", format: Format::number }, &counts, &drawn)
 }
 
 /// Over the runs that were evaluated at each count; an interval where that is all of them.
@@ -268,15 +220,4 @@ fn band(algorithm: &Algorithm, counts: &[f64]) -> Vec<Option<Estimate>> {
         resamples.estimate(&algorithm.curves.iter().filter_map(value).collect::<Vec<_>>())
     };
     counts.iter().map(at).collect()
-}
-
-fn draw(style: &str, line: &[Option<Estimate>], counts: &[f64], x: &Axis, y: &Axis) -> String {
-    let known = || counts.iter().zip(line).filter_map(|(count, it)| Some((x.place(*count), (*it)?)));
-    let region: Vec<_> =
-        known().filter_map(|(at, it)| it.interval.map(|(lo, hi)| (at, y.place(lo), y.place(hi)))).collect();
-    format!(
-        r#"<g class="{style}"><path class="band" d="{}"/><path class="mid" d="{}"/></g>"#,
-        svg::region(&region),
-        svg::line(known().map(|(at, it)| Some((at, y.place(it.mid)))))
-    )
 }

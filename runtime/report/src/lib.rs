@@ -13,8 +13,10 @@ use mpgx_study::summary::Summary;
 use serde::{Deserialize, Serialize};
 
 mod band;
+mod compare;
 mod grid;
 mod import;
+mod lines;
 mod panels;
 pub mod picture;
 mod profile;
@@ -22,12 +24,15 @@ mod strips;
 mod suite;
 mod svg;
 mod symbols;
+mod tables;
 mod text;
 mod tracks;
 mod view;
 
+pub use compare::{Compared, Side, compare_html};
 pub use import::import_html;
 pub use suite::{Member, suite_html};
+pub use tables::{Document, compare_tables, study_tables, suite_tables};
 
 use panels::{Content, PANELS};
 use view::View;
@@ -129,8 +134,11 @@ fn page(page: &Page) -> Result<String, ReportError> {
 fn render(panel: &'static str, template: &str, context: Value) -> Result<String, ReportError> {
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    let shared =
-        [("strips.html", include_str!("strips.html")), ("profile.html", include_str!("profile.html"))];
+    let shared = [
+        ("lines.html", include_str!("lines.html")),
+        ("profile.html", include_str!("profile.html")),
+        ("strips.html", include_str!("strips.html")),
+    ];
     let filled = shared
         .into_iter()
         .try_for_each(|(name, figure)| environment.add_template(name, figure))

@@ -8,7 +8,7 @@ use crate::text::Format;
 
 /// One method's row.
 pub struct Spread<'a> {
-    pub label: &'a str,
+    pub label: String,
     pub style: &'a str,
     pub points: Vec<f64>,
     pub mid: f64,
@@ -21,24 +21,24 @@ pub struct Strips<'a> {
     pub title: &'a str,
     unit: &'static str,
     better: &'static str,
-    rows: Vec<(&'a str, Value)>,
+    rows: Vec<(String, Value)>,
     axis: Value,
 }
 
 /// `level`: a value to compare with. `None`: there is no row.
 pub fn strips<'a>(
     (title, better): (&'a str, &'static str),
-    spreads: &[Spread<'a>],
+    spreads: &[Spread],
     level: Option<f64>,
     format: fn(f64) -> Format,
 ) -> Option<Strips<'a>> {
     let ends = |spread: &Spread| spread.interval.map_or([spread.mid; 2], |(lo, hi)| [lo, hi]);
     let shown = spreads.iter().flat_map(|it| it.points.iter().copied().chain(ends(it)).chain([it.mid]));
     let axis = Axis::linear(shown, 6, format);
-    let row = |spread: &Spread<'a>| {
+    let row = |spread: &Spread| {
         let Spread { label, style, points, mid, interval } = spread;
         let strip = Strip { axis: &axis, style, height: 34, points, mid: *mid, interval: *interval, level };
-        (*label, Value::from_safe_string(strip.render()))
+        (label.clone(), Value::from_safe_string(strip.render()))
     };
     let unit = format(axis.lo.abs().max(axis.hi.abs())).unit;
     let labels = Value::from_safe_string(strip_axis(&axis));

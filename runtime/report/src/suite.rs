@@ -21,7 +21,7 @@ pub struct Member<'a> {
 }
 
 impl Member<'_> {
-    fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         let variant = if self.variant.is_empty() { String::new() } else { format!(", {}", self.variant) };
         format!("{}{variant}", self.plan.name)
     }
@@ -29,34 +29,34 @@ impl Member<'_> {
 
 /// One line beside a published value.
 #[derive(Serialize)]
-struct Line<'a> {
-    name: &'a str,
+pub(crate) struct Line<'a> {
+    pub name: &'a str,
     study: String,
     link: &'a str,
-    published: Option<String>,
+    pub published: Option<String>,
     /// By method, in the order of [`Beside::methods`].
-    ours: Vec<Option<Cell>>,
-    over_published: Option<String>,
+    pub ours: Vec<Option<Cell>>,
+    pub over_published: Option<String>,
     over_oracle: Option<String>,
-    unit: &'static str,
-    metric: String,
-    note: &'a str,
+    pub unit: &'static str,
+    pub metric: String,
+    pub note: &'a str,
 }
 
 #[derive(Serialize)]
-struct Cell {
-    value: String,
-    interval: Option<String>,
+pub(crate) struct Cell {
+    pub value: String,
+    pub interval: Option<String>,
 }
 
 /// A published table with ours.
 #[derive(Serialize)]
-struct Beside<'a> {
-    title: &'a str,
-    source: &'a str,
-    note: &'a str,
-    methods: Vec<&'a str>,
-    lines: Vec<Line<'a>>,
+pub(crate) struct Beside<'a> {
+    pub title: &'a str,
+    pub source: &'a str,
+    pub note: &'a str,
+    pub methods: Vec<&'a str>,
+    pub lines: Vec<Line<'a>>,
 }
 
 /// The page as HTML text. Rows whose study is not among the members stay empty; the order of the members
@@ -65,10 +65,8 @@ struct Beside<'a> {
 /// # Errors
 /// [`ReportError`], if a template does not fit.
 pub fn suite_html(suite: &Suite, members: &[Member]) -> Result<String, ReportError> {
-    let mut members: Vec<&Member> = members.iter().collect();
-    members.sort_by(|a, b| a.report.cmp(&b.report));
-    let members = members.as_slice();
-    let tables: Vec<Beside> = suite.tables.iter().map(|table| beside(table, members)).collect();
+    let tables = besides(suite, members);
+    let members = &sorted(members);
     let sections = [
         Section::still(
             "verdict",
@@ -88,6 +86,18 @@ pub fn suite_html(suite: &Suite, members: &[Member]) -> Result<String, ReportErr
     ];
     let version = members.first().map_or("", |member| &member.summary.version);
     page(&Page { name: &suite.title, about: suite.about.trim(), version, sections: &sections })
+}
+
+/// All published tables with ours.
+pub(crate) fn besides<'a>(suite: &'a Suite, members: &'a [Member]) -> Vec<Beside<'a>> {
+    let members = sorted(members);
+    suite.tables.iter().map(|table| beside(table, &members)).collect()
+}
+
+fn sorted<'m, 'a>(members: &'m [Member<'a>]) -> Vec<&'m Member<'a>> {
+    let mut members: Vec<&Member> = members.iter().collect();
+    members.sort_by(|a, b| a.report.cmp(&b.report));
+    members
 }
 
 fn verdict(suite: &Suite, members: &[&Member]) -> Value {
@@ -186,7 +196,7 @@ fn line<'a>(row: &'a Row, member: Option<&'a Member>, methods: &[&str]) -> Line<
     }
 }
 
-fn format(metric: &str, size: f64) -> Format {
+pub(crate) fn format(metric: &str, size: f64) -> Format {
     match metric {
         "error_m" => Format::length(size),
         "error_over_oracle" => Format::ratio(),
@@ -196,7 +206,7 @@ fn format(metric: &str, size: f64) -> Format {
 }
 
 /// What a metric measures, in a word or two.
-fn metric(name: &str) -> String {
+pub(crate) fn metric(name: &str) -> String {
     match name {
         "error_m" => "distance".into(),
         "error_over_oracle" => "distance over the oracle’s".into(),

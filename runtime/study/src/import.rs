@@ -9,7 +9,7 @@ use crate::statistics::mean;
 use crate::summarise::comparisons::{Difference, adjust, contrast};
 use crate::summarise::scores::{Sample, fill};
 use crate::summarise::statistic;
-use crate::summary::{Comparison, Statistic};
+use crate::summary::{Pair, Statistic};
 
 mod read;
 
@@ -24,7 +24,7 @@ pub struct Results {
     pub metric: String,
     /// By name.
     pub algorithms: Vec<Algorithm>,
-    /// Every two of them. Holm's adjustment is over all pairs of the file.
+    /// Every two of them, paired where both have runs of the same names. Holm's adjustment is over all pairs of the file.
     pub pairs: Vec<Pair>,
     /// Runs whose value is their absolute metric.
     pub absolute: usize,
@@ -42,13 +42,6 @@ pub struct Algorithm {
     pub scores: Vec<f64>,
     /// By run: `step_count` and the mean of each evaluation, ascending.
     pub curves: Vec<Vec<(f64, f64)>>,
-}
-
-#[derive(Clone, Debug, PartialEq)]
-pub struct Pair {
-    pub comparison: Comparison,
-    /// Both have runs of the same names, so that differences are taken run by run.
-    pub paired: bool,
 }
 
 /// Every metric of every task, in the order of their names. A metric without any finite value is left out.

@@ -3,6 +3,7 @@
 //! [`run`] brings every cell of a Plan to its end and writes the summary; called again it goes on where it
 //! stopped. [`load`] reads a study back. All reading and writing goes through [`storage::Storage`].
 
+mod between;
 mod cell;
 mod checkpoint;
 mod curriculum;
@@ -31,6 +32,7 @@ mod variants;
 mod work;
 mod worlds;
 
+pub use between::{Meeting, between};
 pub use cell::{Cell, CellId, Role, cells};
 pub use error::StudyError;
 pub use estimate::{Estimate, estimate, seconds};

@@ -80,6 +80,15 @@ pub struct Comparison {
     pub verdict: String,
 }
 
+/// A comparison that is not always paired.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pair {
+    #[serde(flatten)]
+    pub comparison: Comparison,
+    /// Differences are taken seed by seed; otherwise the samples count as independent.
+    pub paired: bool,
+}
+
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrainingSummary {
     /// Of all seeds together.

@@ -136,7 +136,7 @@ fn plot<'v>(
         // A controller has one value; the mark stands for it.
         let points = statistic.per_seed.iter().flatten().copied().filter(|_| method.learned);
         Some(Spread {
-            label: method.label,
+            label: method.label.to_string(),
             style: &method.style,
             points: points.collect(),
             mid: statistic.iqm,

@@ -9,7 +9,7 @@ use crate::statistics::{
 };
 use crate::summary::Comparison;
 
-const COMPARED: [&str; 2] = ["return", "error_m"];
+pub(crate) const COMPARED: [&str; 2] = ["return", "error_m"];
 
 /// Every protocol and metric in turn. `p_holm` and the verdicts allow for all of these at once.
 pub(super) fn compare(plan: &Plan, scores: &Scores) -> Vec<Comparison> {

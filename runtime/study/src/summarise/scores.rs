@@ -9,7 +9,7 @@ use crate::record::{CellRecord, Evaluation};
 use crate::statistics::mean;
 
 /// All samples of a study.
-pub(super) struct Scores(Vec<Measured>);
+pub(crate) struct Scores(Vec<Measured>);
 
 /// One metric under one protocol.
 struct Measured {
@@ -20,6 +20,7 @@ struct Measured {
 }
 
 /// One method on one metric under one protocol: one entry a seed, by seed.
+#[derive(Clone)]
 pub(crate) struct Sample {
     pub method: String,
     /// False for a controller, which has one value and no seeds.
@@ -32,7 +33,7 @@ pub(crate) struct Sample {
 }
 
 /// Returns and reward terms are the better the higher; errors and shares the lower.
-pub(super) fn higher_is_better(metric: &str) -> bool {
+pub(crate) fn higher_is_better(metric: &str) -> bool {
     metric == "return" || metric.starts_with("reward/")
 }
 
