@@ -3,6 +3,7 @@
 use minijinja::value::Serde;
 use minijinja::{Value, context};
 use mpgx_lang::diff::{Change, diff};
+use mpgx_lang::plan::{Method, Plan};
 use mpgx_study::summary::{Pair, Statistic, Summary};
 use mpgx_study::{Meeting, Study, between};
 use serde::Serialize;
@@ -92,23 +93,34 @@ impl<'a> Compared<'a> {
         self.sides.iter().flat_map(of).collect()
     }
 
-    /// Every method with its statistics under an evaluation, study by study.
+    /// Every method with its statistics under an evaluation: learners of one label beside each other, then
+    /// controllers.
     pub(crate) fn rows<'s>(&'s self, protocol: &str) -> Vec<Entry<'s>> {
-        let mut rows = Vec::new();
-        for (k, side) in self.sides.iter().enumerate() {
-            let plan = &side.study.plan;
-            let learners =
-                plan.learners.iter().enumerate().map(|(n, method)| (method, style(2 * n + k), true));
-            let controllers = plan.controllers.iter().map(|method| (method, "ref", false));
-            for (method, style, learned) in learners.chain(controllers) {
-                let found =
-                    side.summary.protocols.get(protocol).and_then(|methods| methods.get(&method.label));
-                let label = format!("{}: {}", side.name, method.label);
-                rows.extend(found.map(|metrics| Entry { label, style, learned, metrics }));
-            }
-        }
-        rows
+        let learners = labels(&self.sides, |plan| &plan.learners);
+        let controllers = labels(&self.sides, |plan| &plan.controllers);
+        let of = |label: &str, look: &dyn Fn(usize) -> (&'static str, bool)| {
+            let entry = |(k, side): (usize, &'s Side<'a>)| {
+                let metrics = side.summary.protocols.get(protocol)?.get(label)?;
+                let (style, learned) = look(k);
+                Some(Entry { label: format!("{}: {label}", side.name), style, learned, metrics })
+            };
+            self.sides.iter().enumerate().filter_map(entry).collect::<Vec<_>>()
+        };
+        let learned =
+            learners.iter().enumerate().flat_map(|(n, label)| of(label, &|k| (style(2 * n + k), true)));
+        learned.chain(controllers.iter().flat_map(|label| of(label, &|_| ("ref", false)))).collect()
     }
+}
+
+/// Labels of methods in either study, in order.
+fn labels<'s>(sides: &'s [Side; 2], methods: fn(&Plan) -> &[Method]) -> Vec<&'s str> {
+    let mut labels: Vec<&str> = Vec::new();
+    for method in sides.iter().flat_map(|side| methods(&side.study.plan)) {
+        if !labels.contains(&method.label.as_str()) {
+            labels.push(&method.label);
+        }
+    }
+    labels
 }
 
 /// A method of one of the studies under an evaluation.
@@ -175,6 +187,7 @@ fn verdict(compared: &Compared) -> Value {
         sentence => Value::from_safe_string(sentence(compared)),
         seeds => compared.sides.iter().map(of).collect::<Vec<_>>(),
         badge => badge,
+        evidence => evidence(compared),
         same => compared.changes.is_empty(),
     }
 }
@@ -192,7 +205,6 @@ fn sentence(compared: &Compared) -> String {
     };
     let format = Format::length(it.difference);
     let by = format.full(it.difference.abs());
-    let interval = format.interval(it.lo, it.hi).map(|shown| format!(" {shown}")).unwrap_or_default();
     let words = match (it.verdict.as_str(), it.difference < 0.0) {
         ("better", _) => format!("is <b>{by}</b> closer to its place than"),
         ("worse", _) => format!("is <b>{by}</b> farther from its place than"),
@@ -200,13 +212,19 @@ fn sentence(compared: &Compared) -> String {
         (_, true) => format!("was <b>{by}</b> closer to its place than"),
         (_, false) => format!("was <b>{by}</b> farther from its place than"),
     };
-    format!(
-        "{} {words} {} on “{}”{}.",
-        of(a, &it.a, "m0"),
-        of(b, &it.b, "m1"),
-        escape(&it.protocol),
-        if interval.is_empty() { String::new() } else { format!(":{interval} {}", format.unit) }
-    )
+    format!("{} {words} {} on “{}”.", of(a, &it.a, "m0"), of(b, &it.b, "m1"), escape(&it.protocol))
+}
+
+/// The numbers behind the sentence.
+fn evidence(compared: &Compared) -> Option<String> {
+    let mut pairs = compared.meetings.iter().flat_map(|meeting| &meeting.pairs);
+    let it = &pairs.find(|pair| pair.comparison.metric == "error_m")?.comparison;
+    let format = Format::length(it.difference);
+    let interval = format.interval(it.lo, it.hi)?;
+    let p = it.p_holm.map(|p| {
+        format!(", p\u{a0}{}{} after adjustment", if p < 0.001 { "" } else { "=\u{a0}" }, shown_p(p))
+    });
+    Some(format!("{} {interval}{}", format.full(it.difference), p.unwrap_or_default()))
 }
 
 #[derive(Serialize)]

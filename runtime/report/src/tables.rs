@@ -71,13 +71,11 @@ pub fn study_tables(name: &str, plan: &Plan, summary: &Summary) -> Document {
         let episodes = plural(protocol.episodes, "held-out episode");
         results(&mut document, format!("{}: {}, {episodes}", name, protocol.name), "Method", rows.collect());
     }
-    let rows = summary.comparisons.iter().map(|it| {
-        let who = format!("{} − {}", it.a, it.b);
-        [vec![it.protocol.clone(), who], contrast(it)].concat()
-    });
-    let mut columns = left(&["Evaluation", "Methods"]);
-    columns.extend(contrast_columns());
-    document.push(format!("{name}: comparisons"), columns, rows.collect());
+    for protocol in &plan.protocols {
+        let of = summary.comparisons.iter().filter(|it| it.protocol == protocol.name);
+        let caption = format!("{name}: comparisons on {}", protocol.name);
+        document.push(caption, contrast_columns(), of.map(contrast).collect());
+    }
     claims(&mut document, name, &summary.expect);
     let failures = summary.failures.iter().map(|it| {
         vec![
@@ -118,13 +116,9 @@ pub fn compare_tables(compared: &Compared) -> Document {
         let rows = rows.iter().map(|row| (row.label.clone(), row.metrics)).collect();
         results(&mut document, format!("{title}: {}", meeting.protocol), "Study and method", rows);
         document.say(compared.rules(meeting));
-        let rows = meeting.pairs.iter().map(|pair| {
-            let it = &pair.comparison;
-            [vec![format!("{} − {}", it.a, it.b)], contrast(it)].concat()
-        });
-        let mut columns = left(&["Methods"]);
-        columns.extend(contrast_columns());
-        document.push(format!("{title}: differences on {}", meeting.protocol), columns, rows.collect());
+        let rows = meeting.pairs.iter().map(|pair| contrast(&pair.comparison));
+        let caption = format!("{title}: differences on {}", meeting.protocol);
+        document.push(caption, contrast_columns(), rows.collect());
     }
     if !compared.alone().is_empty() {
         document.say(format!("Not compared: {}.", compared.alone().join("; ")));
@@ -214,15 +208,16 @@ fn results(
     document.push(caption, columns, rows);
 }
 
-fn contrast_columns() -> [(String, Align); 5] {
-    [
+fn contrast_columns() -> Vec<(String, Align)> {
+    let columns = [
+        ("Methods", Align::Left),
         ("Metric", Align::Left),
         ("Difference", Align::Right),
         ("P(better) (%)", Align::Right),
         ("p, adjusted", Align::Right),
         ("The first is", Align::Left),
-    ]
-    .map(|(head, align)| (head.to_string(), align))
+    ];
+    columns.map(|(head, align)| (head.to_string(), align)).to_vec()
 }
 
 fn contrast(it: &Comparison) -> Vec<String> {
@@ -232,6 +227,7 @@ fn contrast(it: &Comparison) -> Vec<String> {
     let plus = if it.difference > 0.0 { "+" } else { "" };
     let chance = percent.interval(it.probability_lo, it.probability_hi);
     vec![
+        format!("{} − {}", it.a, it.b),
         format!("{}{unit}", metric(&it.metric)),
         spaced(&format!("{plus}{}", format.plain(it.difference)), format.interval(it.lo, it.hi).as_deref()),
         spaced(&percent.plain(it.probability_of_improvement), chance.as_deref()),

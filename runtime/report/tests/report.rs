@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+#[allow(dead_code)]
 mod sample;
 
 use std::collections::BTreeMap;
@@ -11,45 +12,7 @@ use base64::engine::general_purpose::STANDARD;
 use mpgx_study::import::import;
 use mpgx_study::record::CellRecord;
 use sample::Sample;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
-
-/// Ends attributes, elements, scripts and comments, if it is let through.
-const PROBE: &str = r#"\"'><script>alert(1)</script><img src=x onerror=alert(2)>-->&amp;"#;
-
-/// Every free word of the sample.
-const WORDS: &[&str] = &[
-    "square_unison",
-    "square_unison.scn",
-    "Three robots keep a square with a leader that moves at random.",
-    "Edge of the square.",
-    "How far the followers are from their slots, together.",
-    "the reward term `gap` is not a number",
-    "square_unison.scn:36:5",
-    "square_unison.scn:55:5",
-    "length",
-    "side",
-    "k_c",
-    "leader",
-    "follower",
-    "unicycle",
-    "random_velocity",
-    "gap",
-    "crash",
-    "lost",
-    "reward/gap",
-    "reward/crash",
-    "q/gap",
-    "gamma",
-    "mpg",
-    "td3",
-    "proportional",
-    "random",
-    "regular",
-    "better",
-    "0.1.0",
-    "random.error < 0.12 m at 95%",
-];
+use sample::hostile::{self, PROBE};
 
 fn page(sample: &Sample) -> String {
     mpgx_report::html(&sample.input()).unwrap()
@@ -61,25 +24,11 @@ fn full() -> Sample {
     Sample::new(study.plan, study.records)
 }
 
-fn poison<T: Serialize + DeserializeOwned>(value: &T) -> T {
-    let mut text = serde_json::to_string(value).unwrap();
-    for word in WORDS {
-        text = text.replace(&format!("\"{word}\""), &format!("\"{word}{PROBE}\""));
-    }
-    serde_json::from_str(&text).unwrap()
-}
-
 #[test]
 fn no_string_of_a_study_becomes_markup() {
     let clean = full();
     let probe = PROBE.replace("\\\"", "\"");
-    let poisoned = Sample {
-        plan: poison(&clean.plan),
-        records: poison(&clean.records),
-        timings: clean.timings.clone(),
-        summary: poison(&clean.summary),
-        source: poison(&vec![("square_unison.scn".to_string(), format!("// {probe}\n{probe}\n"))]),
-    };
+    let poisoned = hostile::everywhere();
     let mut input = poisoned.input();
     input.provenance.command = probe.clone();
     input.provenance.cpu = probe.clone();

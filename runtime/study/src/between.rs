@@ -146,3 +146,152 @@ fn collect(value: &Value, ids: &mut BTreeSet<u64>) {
         _ => {}
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use mpgx_lang::plan::{BinaryOp, Control, Expr, MotionOutput, Param, Setting};
+
+    use super::*;
+    use crate::record::{CellRecord, Evaluation, Failure};
+    use crate::tests::sample;
+
+    /// Ten seeds of each learner; `error` gives what the seed is off.
+    fn study(plan: Plan, error: impl Fn(u32) -> f64) -> Study {
+        let plan = Plan { seeds: 10, ..plan };
+        let mut records = BTreeMap::new();
+        for learner in &plan.learners {
+            for seed in plan.first_seed as u32..(plan.first_seed + 10) as u32 {
+                let error = error(seed);
+                let held_out = Evaluation {
+                    returns: vec![-error],
+                    error_m: vec![error],
+                    terms: vec![vec![-error]],
+                    collision_steps: vec![0],
+                    late_collision_steps: vec![0],
+                    outside_steps: vec![0],
+                    ..Evaluation::default()
+                };
+                let record = CellRecord {
+                    method: learner.label.clone(),
+                    seed,
+                    training: None,
+                    failure: None,
+                    protocols: [("random".to_string(), held_out)].into(),
+                };
+                records.insert(format!("{}-{seed:03}", learner.label), record);
+            }
+        }
+        Study { plan, source: Vec::new(), records, timings: BTreeMap::new(), summary: None }
+    }
+
+    fn spread(seed: u32) -> f64 {
+        0.1 + 0.01 * f64::from(seed * 7 % 10)
+    }
+
+    fn only(a: &Study, b: &Study) -> Meeting {
+        let meetings = between(a, b);
+        assert_eq!(meetings.len(), 1);
+        meetings.into_iter().next().unwrap()
+    }
+
+    #[test]
+    fn equal_episodes_and_seeds_are_paired() {
+        let a = study(sample::plan(), spread);
+        let b = study(sample::plan(), |seed| spread(seed) + 0.002 + 0.0001 * f64::from(seed));
+        let meeting = only(&a, &b);
+        assert!(meeting.same_episodes && meeting.same_reward);
+        let told: Vec<_> =
+            meeting.pairs.iter().map(|it| (it.comparison.metric.as_str(), it.paired)).collect();
+        assert_eq!(told, [("return", true), ("return", true), ("error_m", true), ("error_m", true)]);
+        let error = &meeting.pairs[2].comparison;
+        assert_eq!((error.a.as_str(), error.b.as_str()), ("mpg", "mpg"));
+        assert!((error.difference + 0.00245).abs() < 1e-12, "{error:?}");
+        // Within pairs the spread of the seeds is gone.
+        assert!(error.lo > Some(-0.003) && error.hi < Some(-0.002), "{error:?}");
+
+        let mut later = sample::plan();
+        later.first_seed = 5;
+        let other = only(&a, &study(later, spread));
+        assert!(other.same_episodes && other.pairs.iter().all(|pair| !pair.paired));
+        assert!(other.pairs[2].comparison.lo < Some(-0.01), "independent samples keep the spread");
+    }
+
+    #[test]
+    fn what_is_evaluated_must_be_the_same_to_be_paired() {
+        let of = |change: &dyn Fn(&mut Plan)| {
+            let mut plan = sample::plan();
+            change(&mut plan);
+            let meeting = only(&study(sample::plan(), spread), &study(plan, spread));
+            assert_eq!(meeting.pairs.iter().all(|pair| pair.paired), meeting.same_episodes);
+            (meeting.same_episodes, meeting.same_reward)
+        };
+        assert_eq!(of(&|plan| plan.world.groups[0].speed_mps.1 = 0.8), (false, true));
+        assert_eq!(of(&|plan| plan.protocols[0].episodes = 5), (false, true));
+        assert_eq!(of(&|plan| plan.world.horizon = 9), (false, false));
+        let stopped = |plan: &mut Plan| {
+            let Control::Motion(motion) = &mut plan.world.groups[0].control else { panic!("it moves") };
+            motion.output = MotionOutput::Velocity(Expr::Vector(
+                Box::new(Expr::Number(0.0)),
+                Box::new(Expr::Number(0.0)),
+            ));
+        };
+        assert_eq!(of(&stopped), (false, true));
+        let rate = |plan: &mut Plan| {
+            plan.learners[0].what.settings.insert("actor_rate".into(), Setting::Number(1.0));
+            plan.world.observe.clear();
+        };
+        assert_eq!(of(&rate), (true, true));
+    }
+
+    /// A parameter of the reward alone changes no episode; one that nothing refers to changes nothing.
+    #[test]
+    fn returns_of_other_rewards_are_not_compared() {
+        let weighted = |weight: f64, unused: f64| {
+            let param = |name: &str, value: f64| Param {
+                name: name.into(),
+                doc: String::new(),
+                value,
+                dimension: "number".into(),
+                text: value.to_string(),
+                at: Default::default(),
+            };
+            let mut plan = sample::plan();
+            plan.params = vec![param("weight", weight), param("unused", unused)];
+            let gap = plan.world.reward[0].value.clone();
+            plan.world.reward[0].value = Expr::Binary(BinaryOp::Mul, Box::new(Expr::Param(0)), Box::new(gap));
+            study(plan, spread)
+        };
+        let same = only(&weighted(1.0, 1.0), &weighted(1.0, 2.0));
+        assert!(same.same_episodes && same.same_reward);
+        let other = only(&weighted(1.0, 1.0), &weighted(3.0, 1.0));
+        assert!(other.same_episodes && !other.same_reward);
+        assert!(other.pairs.iter().all(|pair| pair.comparison.metric == "error_m"));
+    }
+
+    #[test]
+    fn a_failed_seed_is_the_worst_of_both() {
+        let mut a = study(sample::plan(), spread);
+        let failed = a.records.get_mut("mpg-003").unwrap();
+        failed.failure = Some(Failure { step: 1, cause: "NaN".into(), at: String::new() });
+        failed.protocols.clear();
+        let b = study(sample::plan(), |seed| if seed == 0 { 7.0 } else { spread(seed) });
+        let error = only(&a, &b).pairs[2].comparison.clone();
+        let expected = (7.0 - spread(3) - (7.0 - spread(0))) / 10.0;
+        assert!((error.difference - expected).abs() < 1e-12, "{error:?}");
+    }
+
+    #[test]
+    fn without_a_common_label_the_first_learners_meet() {
+        let mut plan = sample::plan();
+        plan.learners.remove(0);
+        let td3 = study(plan.clone(), spread);
+        plan.learners[0].label = "tuned".into();
+        let error = only(&td3, &study(plan, spread)).pairs[1].comparison.clone();
+        assert_eq!((error.a.as_str(), error.b.as_str()), ("td3", "tuned"));
+        let mut elsewhere = sample::plan();
+        elsewhere.protocols[0].name = "other".into();
+        assert!(between(&td3, &study(elsewhere, spread)).is_empty());
+    }
+}

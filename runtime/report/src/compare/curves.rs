@@ -2,7 +2,7 @@
 
 use mpgx_study::record::Training;
 
-use super::{Compared, style};
+use super::{Compared, labels, style};
 use crate::band::{Estimate, Resamples};
 use crate::grid::Grid;
 use crate::lines::{Drawing, Line, Lines, lines};
@@ -42,11 +42,12 @@ fn figure(compared: &Compared, drawing: &Drawing, column: Column) -> Option<Line
     }
     let grid = Grid::new(last, horizon);
     let mut names = Vec::new();
-    for (k, side) in compared.sides.iter().enumerate() {
-        for (n, learner) in side.study.plan.learners.iter().enumerate() {
-            let of = trainings(k, &learner.label);
-            let name = format!("{}: {}", side.name, learner.label);
-            names.push((name, style(2 * n + k), points(&grid, &of, column)));
+    for (n, label) in labels(&compared.sides, |plan| &plan.learners).into_iter().enumerate() {
+        for (k, side) in compared.sides.iter().enumerate() {
+            let of = trainings(k, label);
+            if !of.is_empty() {
+                names.push((format!("{}: {label}", side.name), style(2 * n + k), points(&grid, &of, column)));
+            }
         }
     }
     let drawn: Vec<Line> =

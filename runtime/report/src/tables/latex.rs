@@ -4,6 +4,8 @@ use std::fmt::Write;
 
 use super::{Align, Block, Document, Table, one_line};
 
+/// Of a table on one page; words may need several lines.
+const ROWS: usize = 30;
 const HEAD: &str = "% Needs \\usepackage[T1]{fontenc} and \\usepackage{array,booktabs}.\n";
 
 impl Document {
@@ -18,27 +20,33 @@ impl Document {
     }
 }
 
+/// In parts that fit a page.
 fn table(table: &Table) -> String {
-    let wide = table.columns.iter().filter(|(_, align)| *align == Align::Wide).count().max(1);
-    let columns = table.columns.iter().map(|(_, align)| match align {
+    let parts = table.rows.chunks(ROWS).enumerate().map(|(k, rows)| {
+        let caption = if k == 0 { table.caption.clone() } else { format!("{}, continued", table.caption) };
+        part(&caption, &table.columns, rows)
+    });
+    parts.collect::<Vec<_>>().join("\n")
+}
+
+fn part(caption: &str, columns: &[(String, Align)], rows: &[Vec<String>]) -> String {
+    let wide = columns.iter().filter(|(_, align)| *align == Align::Wide).count().max(1);
+    let kind = |(_, align): &(String, Align)| match align {
         Align::Left => "l".to_string(),
         Align::Right => "r".to_string(),
-        Align::Wide => format!("p{{{:.2}\\linewidth}}", 0.8 / wide as f64),
-    });
-    let columns: String = columns.collect();
-    let line = |cells: Vec<String>| format!("{} \\\\\n", cells.join(" & "));
-    let head = line(table.columns.iter().map(|(head, _)| escape(head)).collect());
-    let cell = |(text, (_, align)): (&String, &(String, Align))| match align {
-        Align::Wide => format!("\\raggedright\\arraybackslash {}", escape(text)),
-        _ => escape(text),
+        Align::Wide => format!(">{{\\raggedright\\arraybackslash}}p{{{:.2}\\linewidth}}", 0.8 / wide as f64),
     };
-    let rows: String =
-        table.rows.iter().map(|row| line(row.iter().zip(&table.columns).map(cell).collect())).collect();
+    let kinds: String = columns.iter().map(kind).collect();
+    let line = |cells: &mut dyn Iterator<Item = &String>| {
+        format!("{} \\\\\n", cells.map(|cell| escape(cell)).collect::<Vec<_>>().join(" & "))
+    };
+    let head = line(&mut columns.iter().map(|(head, _)| head));
+    let rows: String = rows.iter().map(|row| line(&mut row.iter())).collect();
     format!(
         "\\begin{{table}}[htbp]\n\\centering\\footnotesize\\setlength{{\\tabcolsep}}{{4pt}}\n\\caption{{{}}}\n\
-         \\begin{{tabular}}{{@{{}}{columns}@{{}}}}\n\\toprule\n{head}\\midrule\n{rows}\\bottomrule\n\
+         \\begin{{tabular}}{{@{{}}{kinds}@{{}}}}\n\\toprule\n{head}\\midrule\n{rows}\\bottomrule\n\
          \\end{{tabular}}\n\\end{{table}}\n",
-        escape(&table.caption)
+        escape(caption)
     )
 }
 

@@ -31,7 +31,7 @@ fn table(table: &Table) -> String {
 
 /// Text that is nothing but text: what could be a mark is escaped.
 fn escape(text: &str) -> String {
-    const MARKS: &str = "\\`*_[]<>#|~$&@";
+    const MARKS: &str = "\\`*_[]<>#|~$&@^";
     let text = one_line(text);
     let number = text.bytes().take_while(u8::is_ascii_digit).count();
     let mut out = String::new();

@@ -6,9 +6,12 @@ use mpgx_lang::plan::{Plan, Protocol};
 use mpgx_lang::source::NoFiles;
 use mpgx_random::{Address, Purpose, Stream};
 use mpgx_report::{Input, Provenance};
+use mpgx_study::Study;
 use mpgx_study::record::{CellRecord, Evaluation, Failure, Health, Timing, Training, Trajectory};
 use mpgx_study::summarise::summarise;
 use mpgx_study::summary::Summary;
+
+pub mod hostile;
 
 const SOURCE: &str = include_str!("../../../../scenarios/square_unison.scn");
 const FILE: &str = "square_unison.scn";
@@ -46,6 +49,12 @@ impl Sample {
         };
         let source = vec![(FILE.to_string(), SOURCE.to_string())];
         Sample { plan, source, records, timings, summary }
+    }
+
+    /// The same as it is read from a folder.
+    pub fn finished(self) -> Study {
+        let Sample { plan, source, records, timings, summary } = self;
+        Study { plan, source, records, timings, summary: Some(summary) }
     }
 
     pub fn input(&self) -> Input<'_> {
