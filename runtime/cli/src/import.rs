@@ -1,6 +1,5 @@
 //! Results of other programs: from a file of marl-eval's JSON to a page beside it and tables on the terminal.
 
-use std::fmt::Write;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -10,6 +9,7 @@ use mpgx_study::storage::{RealDisk, Storage};
 use mpgx_study::summary::Pair;
 
 use crate::failure::{Exit, Failure};
+use crate::layout;
 
 /// Writes the page beside the file, under its stem, and gives its path and the same as text.
 pub fn report(file: &Path) -> Result<(PathBuf, String), Failure> {
@@ -45,23 +45,24 @@ fn read(file: &Path) -> Result<String, Failure> {
 /// A line an algorithm, then a line a comparison.
 fn table(results: &Results) -> String {
     let Results { environment, task, metric, algorithms, pairs, .. } = results;
-    let head = format!("{environment}/{task}: {metric}");
-    let labels = algorithms.iter().map(|it| it.name.chars().count()).chain([head.chars().count()]);
-    let width = labels.max().unwrap_or(0);
-    let mut out = format!(
-        "\n{head:<width$}  {:>28}  {:>28}  {:>5}  {:>6}\n",
-        "IQM [95 %]", "mean [95 %]", "runs", "failed"
-    );
-    for Algorithm { name, statistic, scores, .. } in algorithms {
+    let width = layout::width_of_stdout();
+    let head = [&format!("{environment}/{task}: {metric}"), "IQM [95 %]", "mean [95 %]", "runs", "failed"];
+    let row = |Algorithm { name, statistic, scores, .. }: &Algorithm| {
         let failed = statistic.per_seed.iter().filter(|value| value.is_none()).count();
-        let iqm = interval(statistic.iqm, statistic.lo, statistic.hi);
-        let mean = interval(statistic.mean, statistic.mean_lo, statistic.mean_hi);
-        let _ = writeln!(out, "{name:<width$}  {iqm:>28}  {mean:>28}  {:>5}  {failed:>6}", scores.len());
-    }
+        vec![
+            name.clone(),
+            interval(statistic.iqm, statistic.lo, statistic.hi),
+            interval(statistic.mean, statistic.mean_lo, statistic.mean_hi),
+            scores.len().to_string(),
+            failed.to_string(),
+        ]
+    };
+    let rows: Vec<Vec<String>> = algorithms.iter().map(row).collect();
+    let mut out = String::from("\n");
+    out += &layout::table(&head.map(String::from), &rows, width);
     for Pair { comparison: it, paired } in pairs {
         let chance = interval(it.probability_of_improvement, it.probability_lo, it.probability_hi);
-        let _ = writeln!(
-            out,
+        let line = format!(
             "{} against {}: {}{}, better with chance {chance}{}  {}",
             it.a,
             it.b,
@@ -70,6 +71,7 @@ fn table(results: &Results) -> String {
             it.p_holm.map_or(String::new(), |p| format!(", p {p:.3}")),
             it.verdict,
         );
+        out += &layout::fold(&line, 2, width);
     }
     out
 }

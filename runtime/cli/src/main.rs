@@ -6,6 +6,7 @@ mod failure;
 mod forecast;
 mod import;
 mod interrupt;
+mod layout;
 mod progress;
 mod provenance;
 mod scenario;
@@ -30,8 +31,13 @@ use failure::{Exit, Failure};
     after_help = "\
 Example: mpgx run square_unison.scn
 
-Exit codes: 0 done; 1 a claim or a seed failed; 2 the scenario or the command line is wrong;
-70 internal; 74 cannot read or write; 75 interrupted, run again to resume"
+Exit codes:
+   0  done
+   1  a claim or a seed failed
+   2  the scenario or the command line is wrong
+  70  internal
+  74  cannot read or write
+  75  interrupted, run again to resume"
 )]
 struct Cli {
     #[command(subcommand)]
@@ -82,7 +88,9 @@ fn main() -> ExitCode {
         Ok(exit) => exit.into(),
         Err(failure) => {
             let style = anstyle::AnsiColor::Red.on_default().bold();
-            anstream::eprintln!("{style}error{style:#}: {failure}");
+            let text = layout::fold(&format!("error: {failure}"), 2, layout::width_of_stderr());
+            let rest = text.strip_prefix("error").unwrap_or(&text);
+            anstream::eprint!("{style}error{style:#}{rest}");
             failure.exit.into()
         }
     }

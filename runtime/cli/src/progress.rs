@@ -11,6 +11,8 @@ use mpgx_study::Progress;
 use mpgx_study::record::{CellRecord, Timing};
 use mpgx_study::{Cell, CellId, Role};
 
+use crate::layout::{fold, width_of_stderr};
+
 /// Shows a run on stderr.
 pub struct Display {
     lines: MultiProgress,
@@ -19,6 +21,15 @@ pub struct Display {
     done: Mutex<Done>,
     started: Instant,
     trained: AtomicBool,
+}
+
+/// A line that fits.
+fn template(width: Option<usize>) -> &'static str {
+    match width.unwrap_or(80) {
+        ..76 => "  {prefix:<12} {percent:>3}% {eta:>4} left",
+        76..96 => "  {prefix:<18} {percent:>3}% {msg} {eta:>4} left",
+        _ => "  {prefix:<18} {wide_bar:.cyan/dim} {percent:>3}% {msg} {eta:>4} left",
+    }
 }
 
 /// Cells that are ready, of those to be made.
@@ -59,6 +70,8 @@ impl Display {
 
     /// A line that stays, above the moving ones.
     fn say(&self, line: &str) {
+        let folded = fold(line, 10, width_of_stderr());
+        let line = folded.trim_end();
         if self.terminal {
             self.lines.suspend(|| anstream::eprintln!("{line}"));
         } else {
@@ -97,11 +110,9 @@ impl Progress for Display {
             return;
         }
         // The template is a constant; were it wrong, the plain bar would do.
-        let style = ProgressStyle::with_template(
-            "  {prefix:<18} {bar:24.cyan/dim} {percent:>3}% {msg} {eta:>4} left",
-        )
-        .unwrap_or_else(|_| ProgressStyle::default_bar())
-        .progress_chars("━━─");
+        let style = ProgressStyle::with_template(template(width_of_stderr()))
+            .unwrap_or_else(|_| ProgressStyle::default_bar())
+            .progress_chars("━━─");
         let bar = self.lines.add(ProgressBar::new(of).with_style(style).with_prefix(cell.id.clone()));
         bar.set_position(steps);
         bar.reset_eta();

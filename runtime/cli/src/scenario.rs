@@ -86,6 +86,10 @@ pub fn embedded(name: &str) -> Option<(&'static str, &'static str)> {
 }
 
 fn not_found(name: &str) -> Failure {
+    if Path::new(name).is_dir() {
+        return Failure::new(Exit::BadInput, format!("{name} is a folder, not a scenario"))
+            .help("give the scenario's file; a study goes on with the command that began it");
+    }
     let failure =
         Failure::new(Exit::BadInput, format!("no file and no built-in scenario is called `{name}`"));
     let stem = Path::new(name).file_stem().and_then(|stem| stem.to_str()).unwrap_or(name);

@@ -5,6 +5,7 @@ use std::path::Path;
 use clap::ValueEnum;
 
 use crate::failure::{Exit, Failure};
+use crate::layout::{fold, width_of_stdout};
 use crate::suite::studies_in;
 use crate::{scenario, suite};
 
@@ -31,24 +32,24 @@ pub fn run(args: Args) -> Result<Exit, Failure> {
     match args.what {
         What::Scenarios => {
             for (name, text) in scenario::EMBEDDED {
-                println!("{name:<20} {}", first_line(text));
+                print!("{}", line(name, first_line(text)));
             }
         }
         What::Suites => {
             for (name, text) in suite::EMBEDDED {
                 let comment = text.lines().next().and_then(|line| line.strip_prefix('#'));
-                println!("{name:<20} {}", comment.map_or("", str::trim));
+                print!("{}", line(name, comment.map_or("", str::trim)));
             }
         }
         What::Std => {
             for (name, text) in mpgx_lang::stdlib::MODULES {
-                println!("{name:<20} {}", first_line(text));
+                print!("{}", line(name, first_line(text)));
             }
         }
         What::Runs => {
             for run in studies_in(Path::new("runs")) {
                 let folder = Path::new("runs").join(&run);
-                println!("{run:<20} {}", state(&folder));
+                print!("{}", line(&run, state(&folder)));
                 let variants = folder.join("variants");
                 for variant in studies_in(&variants) {
                     println!("  variant {variant:<10} {}", state(&variants.join(&variant)));
@@ -57,6 +58,12 @@ pub fn run(args: Args) -> Result<Exit, Failure> {
         }
     }
     Ok(Exit::Done)
+}
+
+/// A name and what it is.
+fn line(name: &str, what: &str) -> String {
+    let width = width_of_stdout();
+    fold(&format!("{name:<20} {what}"), if width < Some(60) { 2 } else { 21 }, width)
 }
 
 /// The first line of the `//!` comment.

@@ -4,9 +4,9 @@
 use std::path::{Path, PathBuf};
 
 use mpgx_report::{Compared, Document, Input, Side};
-use mpgx_study::Study;
 use mpgx_study::storage::{RealDisk, Storage};
 use mpgx_study::summary::Summary;
+use mpgx_study::{Study, StudyError};
 use serde_json::{Value, json};
 
 use crate::failure::{Exit, Failure};
@@ -146,7 +146,16 @@ fn names(a: &Path, b: &Path) -> [String; 2] {
 }
 
 fn load(folder: &Path) -> Result<Study, Failure> {
-    Ok(mpgx_study::load(&RealDisk::new(folder))?)
+    mpgx_study::load(&RealDisk::new(folder)).map_err(|error| match error {
+        StudyError::NoStudy { .. } => {
+            Failure::new(Exit::BadInput, format!("there is no study in {}", folder.display()))
+                .help("`mpgx run` makes one; `mpgx list runs` shows those in ./runs")
+        }
+        error => {
+            let failure = Failure::from(error);
+            Failure { message: format!("{}: {}", folder.display(), failure.message), ..failure }
+        }
+    })
 }
 
 fn finished<'a>(study: &'a Study, folder: &Path) -> Result<&'a Summary, Failure> {

@@ -12,6 +12,7 @@ use mpgx_study::{Options, Outcome, Part, Study, cells, parts};
 
 use crate::bytes::Bytes;
 use crate::failure::{Exit, Failure};
+use crate::layout::{fold, width_of_stderr, width_of_stdout};
 use crate::progress::Display;
 use crate::seeds::Seeds;
 use crate::verbs::compile::parse_override;
@@ -65,7 +66,10 @@ pub fn run(args: Args) -> Result<Exit, Failure> {
     let Some(done) = forecast_and_run(&jobs, &folder, &args)? else { return Ok(Exit::Done) };
     if done.summaries.len() > 1 {
         let name = |(part, summary): &(&Part, Summary)| (forecast::name(part), summary.clone());
-        print!("\n{}", table::side_by_side(&done.summaries.iter().map(name).collect::<Vec<_>>()));
+        print!(
+            "\n{}",
+            table::side_by_side(&done.summaries.iter().map(name).collect::<Vec<_>>(), width_of_stdout())
+        );
     }
     Ok(done.exit)
 }
@@ -100,7 +104,7 @@ fn run_suite(found: &suite::Found, args: &Args) -> Result<Exit, Failure> {
     let members: Vec<Member> =
         done.summaries.iter().map(|(part, summary)| suite::member(part, summary)).collect();
     let report = suite::write_report(found, &members, &folder)?;
-    print!("{}", table::beside(&found.suite, &members));
+    print!("{}", table::beside(&found.suite, &members, width_of_stdout()));
     println!("\nreport     {}", report.display());
     Ok(done.exit)
 }
@@ -126,7 +130,7 @@ fn forecast_and_run<'a>(jobs: &'a [Job], folder: &Path, args: &Args) -> Result<O
     }
     let parts: Vec<&Part> = jobs.iter().map(|job| &job.part).collect();
     let forecast = forecast::of(&parts, folder, options.threads)?;
-    eprint!("{}", forecast.text);
+    eprint!("{}", fold(&forecast.text, 2, width_of_stderr()));
     if let Some(most) = args.max_memory.filter(|most| forecast.memory > *most) {
         let message = format!("it could take {} of memory, more than {most}", forecast.memory);
         return Err(Failure::new(Exit::BadInput, message).help("fewer `--threads`, or a smaller `replay`"));
@@ -179,7 +183,7 @@ fn run_part(
             }
             let report = write_report(&study, folder, &storage)?;
             if let Some(summary) = &study.summary {
-                anstream::print!("{}", table::results(summary));
+                anstream::print!("{}", table::results(summary, width_of_stdout()));
                 println!("\nstudy hash {}\nreport     {}", summary.study_hash, report.display());
             }
             Ok(Some(*study))
