@@ -70,6 +70,8 @@ enum Verb {
     List(verbs::list::Args),
     /// Write the report of finished studies again, from their records alone
     Report(verbs::report::Args),
+    /// Write the weights and records of a study for other programs
+    Export(verbs::export::Args),
     /// Measure this machine: kernels, learners, simulator and compiler
     Bench(verbs::bench::Args),
     /// Draw the scene, its formations and the landscape of the reward, before any training
@@ -132,6 +134,7 @@ fn run(verb: Verb) -> Result<Exit, Failure> {
         Verb::Hash(args) => verbs::hash::run(args),
         Verb::List(args) => verbs::list::run(args),
         Verb::Report(args) => verbs::report::run(args),
+        Verb::Export(args) => verbs::export::run(args),
         Verb::Bench(args) => verbs::bench::run(args),
         Verb::View(args) => verbs::view::run(args),
         Verb::Completions { shell } => {

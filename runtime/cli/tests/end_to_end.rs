@@ -298,7 +298,7 @@ fn every_verb_helps_and_every_built_in_scenario_compiles() {
     let help = text(&run(folder.path(), &["--help"]).stdout);
     for verb in [
         "run", "check", "compile", "explain", "test", "diff", "doc", "new", "fmt", "hash", "list", "report",
-        "view", "bench",
+        "view", "bench", "export",
     ] {
         assert!(help.contains(verb));
         assert!(text(&run(folder.path(), &[verb, "--help"]).stdout).contains("Example: mpgx"), "{verb}");
@@ -318,4 +318,101 @@ fn golden_files_of_ones_own_are_written_and_compared() {
     let golden: PathBuf = folder.path().join("small.reward");
     fs::write(&golden, fs::read_to_string(&golden).unwrap().replace("gap", "gab")).unwrap();
     assert_eq!(run(folder.path(), &["test"]).status.code(), Some(1));
+}
+
+#[test]
+fn a_study_is_compared_with_its_variant_and_told_in_every_format() {
+    let folder = folder();
+    let study = |name: &str, option: &[&str]| {
+        let output = run(folder.path(), &[&["run", "small.scn", "--out", name], option].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    };
+    study("one", &[]);
+    study("two", &["--seeds", "3"]);
+    let report = |arguments: &[&str]| {
+        let output = run(folder.path(), &[&["report"], arguments].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    assert_eq!(report(&["--compare", "one", "two"]), "comparison.html\n");
+    let page = fs::read_to_string(folder.path().join("comparison.html")).unwrap();
+    assert!(page.contains("too few seeds") && page.contains("one against two"));
+    let json: serde_json::Value =
+        serde_json::from_str(&report(&["--compare", "one", "two", "--format", "json"])).unwrap();
+    assert_eq!(json["evaluations"][0]["same_episodes"], true);
+    assert_eq!(json["evaluations"][0]["pairs"][0]["paired"], false);
+    assert_eq!((&json["studies"][0]["name"], &json["changes"][0]["what"]), (&"one".into(), &"seeds".into()));
+
+    let file = fs::read(folder.path().join("one/study.json")).unwrap();
+    let printed: serde_json::Value = serde_json::from_str(&report(&["one", "--format", "json"])).unwrap();
+    assert_eq!(printed, serde_json::from_slice::<serde_json::Value>(&file).unwrap());
+    let both = report(&["one", "two", "--format", "md"]);
+    assert_eq!(both.matches("## small").count(), 2, "{both}");
+    assert_eq!(report(&["one", "--format", "latex", "--out", "t.tex"]), "t.tex\n");
+    assert!(fs::read_to_string(folder.path().join("t.tex")).unwrap().contains("\\toprule"));
+
+    for arguments in [["report", "nowhere"].as_slice(), &["report", "one", "two", "--out", "x.html"]] {
+        let output = run(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        let error = text(&output.stderr);
+        assert!(
+            error.contains("help: ") && (error.contains("nowhere") || error.contains("--out")),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn weights_and_records_are_exported() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join("runs/small/export").join(name);
+    study_hash(folder.path(), &[]);
+    let export = |format: &str| {
+        let output = run(folder.path(), &["export", "runs/small", "--format", format]);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        text(&output.stdout).lines().count()
+    };
+    assert_eq!((export("csv"), export("json"), export("safetensors")), (3, 1, 4));
+
+    let study: serde_json::Value =
+        serde_json::from_slice(&fs::read(folder.path().join("runs/small/study.json")).unwrap()).unwrap();
+    let csv = fs::read_to_string(path("evaluation.csv")).unwrap();
+    let of_first: Vec<f64> = csv
+        .lines()
+        .filter(|line| line.starts_with("mpg,0,held_out,"))
+        .map(|line| line.split(',').nth(4).unwrap().parse().unwrap())
+        .collect();
+    let mean = of_first.iter().sum::<f64>() / of_first.len() as f64;
+    let told = study["protocols"]["held_out"]["mpg"]["return"]["per_seed"][0].as_f64().unwrap();
+    assert!((mean - told).abs() < 1e-12, "{mean} {told}");
+    let columns = |line: &str| line.split(',').count();
+    for name in ["training.csv", "health.csv", "evaluation.csv"] {
+        let csv = fs::read_to_string(path(name)).unwrap();
+        let head = columns(csv.lines().next().unwrap());
+        assert!(csv.lines().count() > 1 && csv.lines().all(|line| columns(line) == head), "{name}");
+    }
+    let records: serde_json::Value =
+        serde_json::from_slice(&fs::read(path("records.json")).unwrap()).unwrap();
+    assert!(records["cells"]["td3-001"]["training"]["returns"][0].is_number());
+
+    let bytes = fs::read(path("mpg-000.safetensors")).unwrap();
+    let length = u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
+    let header: serde_json::Value = serde_json::from_slice(&bytes[8..8 + length]).unwrap();
+    assert_eq!(header["layers.0.weight"]["shape"][0], 16, "{header}");
+    assert_eq!(header["layers.1.weight"]["shape"], serde_json::json!([12, 16]));
+    let last = header["layers.2.weight"]["data_offsets"][1].as_u64().unwrap() as usize;
+    assert_eq!((8 + length) % 8, 0);
+    assert_eq!(8 + length + last, bytes.len());
+}
+
+#[test]
+fn a_reader_that_has_enough_is_no_error() {
+    let folder = folder();
+    let mut command = mpgx(folder.path());
+    command.args(["doc", "std.formation"]).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(text(&output.stderr), "");
+    assert!(matches!(output.status.code(), Some(0 | 141)), "{output:?}");
 }

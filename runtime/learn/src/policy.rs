@@ -2,7 +2,7 @@
 
 use crate::bytes::{Reader, Writer};
 use crate::error::LearnError;
-use crate::kernels::{Activation, Rows, Simd};
+use crate::kernels::{Activation, Dense, Rows, Simd};
 use crate::network::{Activations, Mlp};
 
 /// States that are evaluated together.
@@ -86,6 +86,24 @@ impl Policy {
         let expected = (rows * self.state_len(), rows * self.action_len());
         assert_eq!((states.len(), actions.len()), expected, "states and actions of {rows} rows");
         self.evaluation.act(self.simd, &self.actor, states, actions);
+    }
+
+    /// Weights `[outputs][inputs]` and biases of each layer, as other programs have them. After each layer but the
+    /// last comes [`Policy::activation`], after the last tanh.
+    pub fn layers(&self) -> Vec<(Vec<Vec<f32>>, Vec<f32>)> {
+        let of = |layer: &Dense| {
+            let rows: Vec<&[f32]> = layer.rows().collect();
+            let (biases, weights) =
+                rows.split_last().map_or((&[][..], &[][..]), |(last, rest)| (*last, rest));
+            let column = |k: usize| weights.iter().filter_map(|row| row.get(k).copied()).collect();
+            ((0..biases.len()).map(column).collect(), biases.to_vec())
+        };
+        self.actor.layers().iter().map(of).collect()
+    }
+
+    /// Of the hidden layers.
+    pub fn activation(&self) -> Activation {
+        self.actor.activation()
     }
 
     /// Sizes of the layers, the activation (0: ReLU, 1: tanh), then the weights.

@@ -10,6 +10,7 @@ mod curriculum;
 mod error;
 mod estimate;
 mod evaluation;
+pub mod export;
 mod folder;
 mod hash;
 pub mod import;

@@ -4,6 +4,7 @@ pub mod compile;
 pub mod diff;
 pub mod doc;
 pub mod explain;
+pub mod export;
 pub mod fmt;
 pub mod hash;
 pub mod list;

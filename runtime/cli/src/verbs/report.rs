@@ -14,10 +14,10 @@ use crate::{import, provenance, suite};
 
 #[derive(clap::Args)]
 #[command(after_help = "\
-Examples: mpgx report runs/square_unison
-          mpgx report --compare runs/square_unison runs/wide
-          mpgx report runs/square_unison --format latex --out tables.tex
-          mpgx report --import benchmarl.json")]
+Example: mpgx report runs/square_unison
+         mpgx report --compare runs/square_unison runs/wide
+         mpgx report runs/square_unison --format latex --out tables.tex
+         mpgx report --import benchmarl.json")]
 pub struct Args {
     /// Folders of finished studies or suites
     #[arg(required_unless_present_any = ["import", "compare"], value_name = "DIR")]
@@ -145,7 +145,8 @@ fn names(a: &Path, b: &Path) -> [String; 2] {
     parts.map(|parts| parts.get(from..).unwrap_or_default().join("/"))
 }
 
-fn load(folder: &Path) -> Result<Study, Failure> {
+/// The study in a folder.
+pub fn load(folder: &Path) -> Result<Study, Failure> {
     mpgx_study::load(&RealDisk::new(folder)).map_err(|error| match error {
         StudyError::NoStudy { .. } => {
             Failure::new(Exit::BadInput, format!("there is no study in {}", folder.display()))
