@@ -113,3 +113,67 @@ fn interval(statistic: &Statistic) -> String {
         _ => format!("{:.3}", statistic.iqm),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn summary() -> Summary {
+        let statistic = |iqm: f64, wide: f64| {
+            serde_json::json!({ "iqm": iqm, "lo": iqm - wide, "hi": iqm + wide, "mean": iqm,
+                "mean_lo": null, "mean_hi": null, "per_seed": [iqm] })
+        };
+        let method = |error: f64| {
+            serde_json::json!({ "return": statistic(-600.0 * error, 0.5), "error_m": statistic(error, 0.001),
+                "error_over_oracle": statistic(error / 0.0758, 0.01), "collision_episodes": statistic(0.0, 0.0) })
+        };
+        serde_json::from_value(serde_json::json!({
+            "scenario": "square", "version": "0", "numerics_version": 1, "meaning_hash": "", "study_hash": "",
+            "seeds": 10, "training": {},
+            "failures": [{ "algorithm": "td3", "seed": 3, "step": 812, "at": "square.scn:36:5",
+                "cause": "the reward term `gap` is not a number" }],
+            "protocols": { "random": { "mpg": method(0.0788), "proportional": method(0.0834) } },
+            "comparisons": [{ "protocol": "random", "metric": "return", "a": "mpg", "b": "proportional",
+                "difference": 2.5, "lo": 1.9, "hi": 3.1, "probability_of_improvement": 1.0,
+                "probability_lo": null, "probability_hi": null, "p": null, "p_holm": null, "verdict": "better" }],
+            "expect": [{ "text": "random.error < 0.12 m at 95%", "at": "", "holds": true,
+                "because": "error of mpg is 0.0788 m, 95 % interval 0.0778 m to 0.0798 m, all of it below 0.12 m" }],
+        }))
+        .unwrap()
+    }
+
+    #[test]
+    fn results_fit_the_terminal() {
+        let whole = results(&summary(), None);
+        assert!(
+            whole.contains("mpg           -47.280 [-47.780, -46.780]  78.8 mm      1.040       0.0 %\n"),
+            "{whole}"
+        );
+        assert_eq!(results(&summary(), Some(200)), whole);
+        for width in [30, 40, 60, 80, 100] {
+            let text = results(&summary(), Some(width));
+            for line in text.lines() {
+                assert!(line.chars().count() <= width, "{line:?} in {width}");
+            }
+            let words = |text: &str| text.split_whitespace().map(String::from).collect::<Vec<_>>();
+            let lost: Vec<String> =
+                words(&whole).into_iter().filter(|it| !words(&text).contains(it)).collect();
+            assert!(lost.is_empty(), "{lost:?} is lost at {width}");
+        }
+    }
+
+    #[test]
+    fn a_narrow_terminal_gets_a_list() {
+        let list = "
+random
+  mpg
+    return [95 %]  -47.280
+      [-47.780, -46.780]
+    error          78.8 mm
+    × oracle       1.040
+    collisions     0.0 %
+";
+        let text = results(&summary(), Some(40));
+        assert!(text.starts_with(list), "{text}");
+    }
+}
