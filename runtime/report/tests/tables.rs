@@ -60,7 +60,7 @@ fn markdown_shows_every_name_as_it_is() {
     }
 }
 
-/// What LaTeX makes of it is checked with LaTeX, by tests/report/check.
+/// What LaTeX makes of it is checked with LaTeX, by .ci/report.
 #[test]
 fn latex_escapes_every_name() {
     for name in NAMES {
