@@ -146,7 +146,7 @@ mod tests {
     fn results_fit_the_terminal() {
         let whole = results(&summary(), None);
         assert!(
-            whole.contains("mpg           -47.280 [-47.780, -46.780]  78.8 mm      1.040       0.0 %\n"),
+            whole.contains("mpg           -47.280 [-47.780, -46.780]  78.8 mm     1.040       0.0 %\n"),
             "{whole}"
         );
         assert_eq!(results(&summary(), Some(200)), whole);
