@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Three trials in the light of morning, afternoon and evening; then somebody who walks by, other robots and a fast turn.
 fn large() -> Result<Vec<Vec<Image>>, Box<dyn Error>> {
     let world = WorldConfig::default();
-    let camera = CameraConfig { width_px: 320, height_px: 240, samples: 24, ..CameraConfig::default() };
+    let camera = CameraConfig { width_px: 240, height_px: 180, samples: 24, shot_noise: 0.008, ..CameraConfig::default() };
     let key = |episode: u32| TrialKey { episode, ..TrialKey::default() };
     let stand = |x_m: f64, y_m: f64, heading_rad: f64| Moving::still(Pose { x_m, y_m, heading_rad });
     let take = |scene: &Scene, camera: Moving, robots: &[Moving], time_s: f64| {
@@ -55,7 +55,7 @@ fn large() -> Result<Vec<Vec<Image>>, Box<dyn Error>> {
     Ok(rows)
 }
 
-/// Ten frames of each kind of trajectory, of the size that networks see.
+/// Seven frames of each kind of trajectory, of the size that networks see.
 fn as_networks_see() -> Result<Vec<Vec<Image>>, Box<dyn Error>> {
     let mut rows = Vec::new();
     for (kind, time_of_day) in TrajectoryKind::ALL.into_iter().zip(TimeOfDay::ALL) {
@@ -73,7 +73,7 @@ fn as_networks_see() -> Result<Vec<Vec<Image>>, Box<dyn Error>> {
             kind.name(),
             time_of_day.name()
         );
-        rows.push(frames.into_iter().step_by(30).collect());
+        rows.push(frames.into_iter().step_by(40).take(7).collect());
     }
     Ok(rows)
 }
