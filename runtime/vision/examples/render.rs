@@ -22,7 +22,13 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Three trials in the light of morning, afternoon and evening; then somebody who walks by, other robots and a fast turn.
 fn large() -> Result<Vec<Vec<Image>>, Box<dyn Error>> {
     let world = WorldConfig::default();
-    let camera = CameraConfig { width_px: 240, height_px: 180, samples: 24, shot_noise: 0.008, ..CameraConfig::default() };
+    let camera = CameraConfig {
+        width_px: 240,
+        height_px: 180,
+        samples: 24,
+        shot_noise: 0.008,
+        ..CameraConfig::default()
+    };
     let key = |episode: u32| TrialKey { episode, ..TrialKey::default() };
     let stand = |x_m: f64, y_m: f64, heading_rad: f64| Moving::still(Pose { x_m, y_m, heading_rad });
     let take = |scene: &Scene, camera: Moving, robots: &[Moving], time_s: f64| {

@@ -5,13 +5,13 @@
 
 use mpgx_random::Purpose;
 
-use crate::colour::{BLACK, Rgb, greatest, least, plus, scaled};
+use crate::colour::{BLACK, Rgb, greatest, least, mixed, plus, scaled};
 use crate::image::Image;
 use crate::light::Glow;
 use crate::pose::Pose;
 use crate::room::Face;
 use crate::solid::Solid;
-use crate::world::{Part, Scene, shadowed};
+use crate::world::{Part, Scene};
 
 /// A robot that moves while light falls on the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -101,7 +101,7 @@ impl Scene {
         for (number, solid) in self.solids.iter().chain(moved).enumerate() {
             let Some([columns, rows]) = view.bounds(solid) else { continue };
             let (shape, origin, right) =
-                (solid.shape, solid.from_centre(view.origin), solid.shape.local(view.right));
+                (solid.shape, solid.offset(view.origin), solid.shape.local(view.right));
             for y in rows.0..rows.1 {
                 let start = shape.local(view.towards(0.0, y as f32));
                 let row = y * width..(y + 1) * width;
@@ -289,7 +289,7 @@ impl Shadow {
     fn on(&self, colour: Rgb, place: [f32; 3]) -> Rgb {
         let (x, y) = (place[0] - self.place[0], place[1] - self.place[1]);
         let share = 1.0 - (x * x + y * y) / self.squared_radius;
-        if share > 0.0 { shadowed(colour, share) } else { colour }
+        if share > 0.0 { mixed(colour, scaled(colour, 0.45), share) } else { colour }
     }
 }
 

@@ -79,7 +79,7 @@ impl Solid {
 
     /// How far a place is from it, m; 0 inside. For a turned block and columns exact.
     pub fn distance(&self, place: [f32; 3]) -> f32 {
-        let [x, y, z] = self.from_centre(place);
+        let [x, y, z] = self.offset(place);
         let length = |a: f32, b: f32, c: f32| (a * a + b * b + c * c).sqrt();
         match self.shape {
             Shape::Block { half, .. } => length(
@@ -96,20 +96,20 @@ impl Solid {
 
     /// From the centre to a place, in the solid's own axes.
     #[inline]
-    pub fn from_centre(&self, place: [f32; 3]) -> [f32; 3] {
+    pub fn offset(&self, place: [f32; 3]) -> [f32; 3] {
         self.shape.local(std::array::from_fn(|i| place[i] - self.centre[i]))
     }
 
     /// How often `direction` fits between `origin` and the first place where the ray enters the solid; infinite if it
     /// does not, or if it starts inside.
     pub fn meets(&self, origin: [f32; 3], direction: [f32; 3]) -> f32 {
-        self.shape.meets(self.from_centre(origin), self.shape.local(direction))
+        self.shape.meets(self.offset(origin), self.shape.local(direction))
     }
 
     /// What is at a place on the surface.
     #[inline]
     pub fn spot(&self, place: [f32; 3]) -> Spot {
-        let [x, y, z] = self.from_centre(place);
+        let [x, y, z] = self.offset(place);
         match self.shape {
             Shape::Block { half: [hx, hy, hz], turn: [cos, sin] } => {
                 let out = [x.abs() / hx, y.abs() / hy, z.abs() / hz];

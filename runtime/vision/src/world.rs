@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::camera::CameraConfig;
-use crate::colour::{Rgb, luminance, mixed, plus, scaled, times};
+use crate::colour::{luminance, plus, scaled, times};
 use crate::exposure::Sensor;
 use crate::light::{Glow, Light, TimeOfDay};
 use crate::people::Walker;
@@ -323,9 +323,4 @@ fn beside(face: Face, room: &Room, solid: &Solid) -> bool {
     let on = room.place(face, 0.0, 0.0);
     let away: f32 = (0..3).map(|i| normal[i] * (solid.centre[i] - on[i])).sum();
     away - solid.shape.reach(normal) < 0.3
-}
-
-/// A colour of the room in the trial's light, for shadows: what is left under something that moves.
-pub(crate) fn shadowed(colour: Rgb, share: f32) -> Rgb {
-    mixed(colour, scaled(colour, 0.45), share)
 }
