@@ -40,6 +40,7 @@ pub fn run(args: Args) -> Result<Exit, Failure> {
     let study = load(&args.study)?;
     let folder = args.out.unwrap_or_else(|| args.study.join("export"));
     let out = RealDisk::new(&folder);
+    out.create_folder("")?;
     let write = |name: &str, bytes: &[u8]| {
         out.write_atomic(name, bytes)?;
         println!("{}", folder.join(name).display());

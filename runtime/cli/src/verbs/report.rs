@@ -183,7 +183,9 @@ pub fn write(file: &Path, text: &str) -> Result<(), Failure> {
         return Err(Failure::new(Exit::BadInput, format!("{} is no name of a file", file.display())));
     };
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    Ok(RealDisk::new(folder).write_atomic(&name.to_string_lossy(), text.as_bytes())?)
+    let storage = RealDisk::new(folder);
+    storage.create_folder("")?;
+    Ok(storage.write_atomic(&name.to_string_lossy(), text.as_bytes())?)
 }
 
 fn page(study: &Study, folder: &Path, storage: &dyn Storage) -> Result<String, Failure> {
