@@ -79,6 +79,12 @@ pub fn files(compilation: &Compilation) -> Vec<(String, String)> {
     files.map(|file| (file.name.clone(), file.text.clone())).collect()
 }
 
+/// The Plan of the embedded scenario of that name.
+pub fn built_in(name: &str) -> Option<Plan> {
+    let (name, text) = embedded(name)?;
+    mpgx_lang::compile(&format!("{name}.scn"), text.to_string(), &[], &mpgx_lang::source::NoFiles).plan
+}
+
 /// The name and text of an embedded scenario.
 pub fn embedded(name: &str) -> Option<(&'static str, &'static str)> {
     let wanted = name.strip_suffix(".scn").unwrap_or(name);

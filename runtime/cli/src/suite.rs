@@ -2,10 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use mpgx_report::Member;
+use mpgx_lang::meaning_hash;
+use mpgx_lang::plan::Plan;
+use mpgx_report::{Member, Published};
 use mpgx_study::Part;
 use mpgx_study::storage::{RealDisk, Storage};
-use mpgx_study::suite::Suite;
+use mpgx_study::suite::{Row, Suite, Table};
 use mpgx_study::summary::Summary;
 
 use crate::failure::{Exit, Failure};
@@ -112,9 +114,44 @@ pub fn studies_in(folder: &Path) -> Vec<String> {
     studies
 }
 
+/// What the built-in suites have published of a study, if it is one of their scenarios as it is: the same
+/// meaning with any seeds.
+pub fn published(study: &Plan) -> Option<Published> {
+    let plan = scenario::built_in(&study.name)?;
+    let meaning = |plan: &Plan| meaning_hash(&Plan { first_seed: 0, seeds: 0, ..plan.clone() });
+    let wanted = meaning(study);
+    let part = mpgx_study::parts(&plan).ok()?.into_iter().find(|part| meaning(&part.plan) == wanted)?;
+    let suites = EMBEDDED.iter().filter_map(|(_, text)| Suite::parse(text).ok());
+    let of = |row: &Row| row.scenario == study.name && row.variant == part.variant;
+    let tables: Vec<Table> = suites
+        .flat_map(|suite| suite.tables)
+        .map(|table| Table { rows: table.rows.iter().filter(|row| of(row)).cloned().collect(), ..table })
+        .filter(|table| !table.rows.is_empty())
+        .collect();
+    (!tables.is_empty()).then_some(Published { variant: part.variant, tables })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_the_very_scenario_has_published_rows() {
+        let plan = scenario::built_in("regulation_obstacles").unwrap();
+        let parts = mpgx_study::parts(&plan).unwrap();
+        let seeds = Plan { seeds: 3, ..parts[0].plan.clone() };
+        let found = published(&seeds).unwrap();
+        assert!(found.variant.is_empty());
+        assert!(found.tables.iter().flat_map(|table| &table.rows).all(|row| row.variant.is_empty()));
+        let strong = parts.iter().find(|part| part.variant == "printed_strong").unwrap();
+        let rows: Vec<_> =
+            published(&strong.plan).unwrap().tables.into_iter().flat_map(|it| it.rows).collect();
+        assert!(!rows.is_empty() && rows.iter().all(|row| row.variant == "printed_strong"));
+        let mut other = seeds;
+        other.world.horizon += 1;
+        assert_eq!(published(&other), None);
+        assert_eq!(published(&Plan { name: "mine".into(), ..other }), None);
+    }
 
     #[test]
     fn every_row_of_a_built_in_suite_has_a_study() {

@@ -12,7 +12,7 @@ use serde_json::json;
 use crate::strips::{Spread, Strips, strips};
 use crate::suite::{format, metric};
 use crate::text::{Format, escape, plural};
-use crate::{Page, ReportError, Section, page, render};
+use crate::{Page, ReportError, Section, embed, page, render};
 
 mod curves;
 
@@ -156,8 +156,14 @@ pub fn compare_html(compared: &Compared) -> Result<String, ReportError> {
     ];
     let curves = curves::figures(compared);
     if !curves.is_empty() {
-        let context = context! { figures => Serde(curves) };
-        sections.push(fill("curves", "Learning", include_str!("compare/curves.html"), context)?);
+        let data = json!({ "charts": curves.iter().map(|it| &it.data).collect::<Vec<_>>() });
+        let data = embed(&data).map_err(|source| ReportError::Data { panel: "learning", source })?;
+        let context = context! { figures => Serde(&curves) };
+        sections.push(Section {
+            data: Some(data),
+            script: Some(Value::from_safe_string(include_str!("script/samples.js").into())),
+            ..fill("learning", "Learning", include_str!("compare/curves.html"), context)?
+        });
     }
     let studies: Vec<About> = compared.sides.iter().map(about).collect();
     let context = context! { studies => Serde(studies) };

@@ -1,22 +1,46 @@
 //! Columns of training on one grid of steps, so that seeds can be averaged: episodes end where they like.
 
+use serde::Serialize;
+
 /// Most points of a curve.
-const POINTS: usize = 200;
+const POINTS: usize = 1000;
 /// The box filter averages over this share of training.
-pub const WINDOW: f64 = 0.05;
+const WINDOW: f64 = 0.05;
+/// The paper's box filter, episodes; offered where training has twice as many.
+const EPISODES: f64 = 200.0;
 
 /// Equal bins of steps, each long enough to see the end of an episode.
 pub struct Grid {
-    last: u64,
+    pub last: u64,
     pub bins: usize,
-    /// Bins that the box filter averages over.
+    /// The first is shown.
+    pub filters: Vec<Filter>,
+}
+
+/// A box filter: the mean of the last `window` bins.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Filter {
+    pub name: &'static str,
     pub window: usize,
 }
 
+/// The filters on `bins` of a training of so many episodes.
+fn filters(bins: usize, episodes: f64) -> Vec<Filter> {
+    let over = |share: f64| ((bins as f64 * share).round() as usize).max(1);
+    let mut filters = vec![Filter { name: "box filter 5\u{a0}%", window: over(WINDOW) }];
+    if episodes >= 2.0 * EPISODES {
+        filters.push(Filter { name: "box filter 200", window: over(EPISODES / episodes) });
+    }
+    filters.push(Filter { name: "raw", window: 1 });
+    filters
+}
+
 impl Grid {
-    pub fn new(last: u64, horizon: usize) -> Grid {
-        let bins = (last / horizon.max(1) as u64).clamp(2, POINTS as u64) as usize;
-        Grid { last, bins, window: ((bins as f64 * WINDOW).round() as usize).max(1) }
+    /// `most`: of bins, from the number of filters.
+    pub fn new(last: u64, horizon: usize, episodes: f64, most: impl Fn(usize) -> usize) -> Grid {
+        let most = most(filters(2, episodes).len()).clamp(2, POINTS);
+        let bins = (last / horizon.max(1) as u64).clamp(2, most as u64) as usize;
+        Grid { last, bins, filters: filters(bins, episodes) }
     }
 
     /// The steps at the end of each bin.
@@ -48,12 +72,12 @@ impl Grid {
             .collect()
     }
 
-    /// The box filter: mean of the last `window` bins.
-    pub fn smooth(&self, values: &[Option<f64>]) -> Vec<Option<f64>> {
+    /// The box filter over `window` bins.
+    pub fn smooth(&self, values: &[Option<f64>], window: usize) -> Vec<Option<f64>> {
         let mean = |bin: usize| {
-            let window = values.get((bin + 1).saturating_sub(self.window)..=bin)?;
-            let known: Vec<f64> = window.iter().flatten().copied().collect();
-            values.get(bin).copied().flatten().map(|_| known.iter().sum::<f64>() / known.len() as f64)
+            let known = values.get((bin + 1).saturating_sub(window)..=bin)?.iter().flatten();
+            let (sum, count) = known.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+            values.get(bin).copied().flatten().map(|_| sum / count)
         };
         (0..values.len()).map(mean).collect()
     }
@@ -70,16 +94,26 @@ mod tests {
 
     #[test]
     fn empty_bins_take_the_line_between_their_neighbours() {
-        let grid = Grid { last: 100, bins: 5, window: 2 };
+        let grid = Grid { last: 100, bins: 5, filters: vec![] };
         assert_eq!(grid.steps(), [20, 40, 60, 80, 100]);
         let values = grid.resample(&[10, 20, 70], &[1.0, 3.0, 8.0]);
         assert_eq!(values, [Some(2.0), Some(4.0), Some(6.0), Some(8.0), None]);
-        assert_eq!(grid.smooth(&values), [Some(2.0), Some(3.0), Some(5.0), Some(7.0), None]);
+        assert_eq!(grid.smooth(&values, 2), [Some(2.0), Some(3.0), Some(5.0), Some(7.0), None]);
+    }
+
+    #[test]
+    fn the_papers_filter_needs_a_long_training() {
+        let windows = |episodes: f64| {
+            let grid = Grid::new(200_000, 200, episodes, |_| 500);
+            grid.filters.iter().map(|filter| filter.window).collect::<Vec<_>>()
+        };
+        assert_eq!(windows(399.0), [25, 1]);
+        assert_eq!(windows(1000.0), [25, 100, 1]);
     }
 
     #[test]
     fn values_that_are_not_numbers_leave_no_trace() {
-        let grid = Grid { last: 40, bins: 2, window: 1 };
+        let grid = Grid { last: 40, bins: 2, filters: vec![] };
         assert_eq!(grid.resample(&[20, 40], &[f64::NAN, 5.0]), [Some(5.0), Some(5.0)]);
         assert_eq!(grid.resample(&[], &[]), [None, None]);
     }

@@ -13,7 +13,7 @@ use crate::lines::{Drawing, Line, Lines, lines};
 use crate::profile::{Profile, Sample, profile};
 use crate::strips::{Spread, Strips, strips};
 use crate::text::{Format, plural};
-use crate::{Page, ReportError, Section, page, render};
+use crate::{Page, ReportError, Section, embed, page, render};
 
 /// Most points of a curve.
 const POINTS: usize = 200;
@@ -66,17 +66,26 @@ struct Contrast<'a> {
 /// [`ReportError`], if a template does not fit.
 pub fn import_html(name: &str, results: &[Results]) -> Result<String, ReportError> {
     let parts: Vec<Part> = results.iter().enumerate().map(|(k, results)| part(k, results)).collect();
+    let profiles = parts.iter().filter_map(|part| part.profile.as_ref().map(|it| &it.data));
+    let curves = parts.iter().filter_map(|part| part.curves.as_ref().map(|it| &it.data));
+    let data = serde_json::json!({ "charts": profiles.chain(curves).collect::<Vec<_>>() });
+    let data = embed(&data).map_err(|source| ReportError::Data { panel: "results", source })?;
+    let script = Value::from_safe_string(include_str!("script/samples.js").into());
     let sections = [
         Section::still(
             "verdict",
             "Verdict",
             render("import", include_str!("import/verdict.html"), verdict(results))?,
         ),
-        Section::still(
-            "results",
-            "Results",
-            render("import", include_str!("import/results.html"), context! { parts => Serde(parts) })?,
-        ),
+        Section {
+            data: Some(data),
+            script: Some(script),
+            ..Section::still(
+                "results",
+                "Results",
+                render("import", include_str!("import/results.html"), context! { parts => Serde(&parts) })?,
+            )
+        },
     ];
     page(&Page { name, about: "", version: env!("CARGO_PKG_VERSION"), sections: &sections })
 }

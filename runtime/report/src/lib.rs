@@ -14,18 +14,22 @@ use serde::{Deserialize, Serialize};
 
 mod band;
 mod compare;
+mod course;
 mod grid;
 mod import;
 mod lines;
+mod origins;
 mod panels;
 pub mod picture;
 mod profile;
+mod series;
 mod strips;
 mod suite;
 mod svg;
 mod symbols;
 mod tables;
 mod text;
+mod threshold;
 mod tracks;
 mod view;
 
@@ -48,6 +52,16 @@ pub struct Input<'a> {
     pub timings: &'a BTreeMap<String, Timing>,
     pub summary: &'a Summary,
     pub provenance: Provenance,
+    /// Published results of the very scenario, if there are any.
+    pub published: Option<Published>,
+}
+
+/// Tables of a publication with a row or more for one study.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Published {
+    /// The name of the study among the variants of its scenario; empty: the scenario itself.
+    pub variant: String,
+    pub tables: Vec<mpgx_study::suite::Table>,
 }
 
 /// How the study was made, as text for people: all that may differ between two equal studies.
@@ -68,6 +82,9 @@ pub enum ReportError {
     Data { panel: &'static str, source: serde_json::Error },
 }
 
+/// Bytes of a page without its styles and scripts, which take another 130,000.
+const SIZE: usize = 1_820_000;
+
 /// A panel on its way to the page.
 #[derive(Serialize)]
 struct Section {
@@ -79,6 +96,11 @@ struct Section {
 }
 
 impl Section {
+    fn letters(&self) -> usize {
+        let of = |value: &Value| value.as_str().map_or(0, str::len);
+        of(&self.body) + self.data.as_ref().map_or(0, of)
+    }
+
     /// Without data and script.
     fn still(id: &'static str, title: &'static str, body: String) -> Section {
         Section { id, title, body: Value::from_safe_string(body), data: None, script: None }
@@ -98,9 +120,12 @@ struct Page<'a> {
 /// # Errors
 /// [`ReportError`], if a template does not fit its panel.
 pub fn html(input: &Input) -> Result<String, ReportError> {
-    let view = View::new(input);
-    let mut sections = Vec::new();
-    for panel in PANELS {
+    let mut view = View::new(input);
+    let mut sections: Vec<(usize, Section)> = Vec::new();
+    let (filling, fixed): (Vec<_>, Vec<_>) = PANELS.iter().enumerate().partition(|(_, panel)| panel.fills);
+    for (place, panel) in fixed.into_iter().chain(filling) {
+        let taken: usize = sections.iter().map(|(_, section)| section.letters()).sum();
+        view.room = SIZE.saturating_sub(taken);
         let Some(Content { context, data }) = (panel.content)(&view) else { continue };
         let data = data
             .map(|data| embed(&data))
@@ -108,8 +133,10 @@ pub fn html(input: &Input) -> Result<String, ReportError> {
             .map_err(|source| ReportError::Data { panel: panel.id, source })?;
         let script = panel.script.map(|script| Value::from_safe_string(script.into()));
         let body = render(panel.id, panel.template, context)?;
-        sections.push(Section { data, script, ..Section::still(panel.id, panel.title, body) });
+        sections.push((place, Section { data, script, ..Section::still(panel.id, panel.title, body) }));
     }
+    sections.sort_by_key(|(place, _)| *place);
+    let sections: Vec<_> = sections.into_iter().map(|(_, section)| section).collect();
     page(&Page {
         name: &input.plan.name,
         about: input.plan.doc.trim(),
@@ -119,15 +146,32 @@ pub fn html(input: &Input) -> Result<String, ReportError> {
 }
 
 fn page(page: &Page) -> Result<String, ReportError> {
+    let live = page.sections.iter().any(|section| section.script.is_some());
+    let script = if live { charting() } else { include_str!("script/page.js").into() };
+    let style = [include_str!("style.css"), if live { UPLOT_STYLE } else { "" }].concat();
+    let last = if live { include_str!("script/save.js") } else { "" };
     let context = context! {
         scenario => page.name,
         doc => page.about,
         version => page.version,
-        style => Value::from_safe_string(include_str!("style.css").into()),
-        script => Value::from_safe_string(include_str!("page.js").into()),
+        style => Value::from_safe_string(style),
+        script => Value::from_safe_string(script),
+        last => Value::from_safe_string(last.into()),
         sections => Serde(page.sections),
     };
     render("page", include_str!("page.html"), context)
+}
+
+const UPLOT_STYLE: &str = include_str!("../assets/uPlot.min.css");
+
+/// What the panels' scripts build on: uPlot with its licence in the place of its first line, which has an address.
+fn charting() -> String {
+    let uplot = include_str!("../assets/uPlot.iife.min.js");
+    let code = uplot.split_once("*/").map_or(uplot, |(_, code)| code);
+    let licence = include_str!("../assets/uPlot.LICENSE");
+    let page =
+        [include_str!("script/page.js"), include_str!("script/chart.js"), include_str!("script/still.js")];
+    format!("/*! uPlot 1.6.32\n{licence}\n*/{code}\n{}", page.concat())
 }
 
 /// Fills a template in; everything in the context is escaped.

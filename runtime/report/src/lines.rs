@@ -4,6 +4,7 @@ use minijinja::Value;
 use serde::Serialize;
 
 use crate::band::Estimate;
+use crate::series::pack;
 use crate::svg::{self, Axis, Chart, Tick};
 use crate::text::{Format, count};
 
@@ -20,12 +21,16 @@ pub struct Line<'a> {
 /// What `lines.html` shows.
 #[derive(Serialize)]
 pub struct Lines {
+    id: String,
     title: String,
     unit: &'static str,
     x_name: &'static str,
     chart: Value,
     legend: Vec<(String, String)>,
     rows: Vec<Vec<String>>,
+    /// For the script of the page.
+    #[serde(skip)]
+    pub data: serde_json::Value,
 }
 
 /// What is drawn.
@@ -74,12 +79,30 @@ pub fn lines(drawing: &Drawing, at: &[f64], lines: &[Line]) -> Option<Lines> {
     let rows = picked
         .map(|(k, at)| [at.to_string()].into_iter().chain(lines.iter().map(|line| cell(line, k))).collect());
     (first < last).then(|| Lines {
+        data: serde_json::json!({
+            "id": drawing.id, "title": drawing.title, "name": drawing.x_name, "across": 1, "unit": format.unit,
+            "factor": format.factor, "steps": false, "middle": "interquartile mean",
+            "samples": lines.iter().map(|line| packed(line, at)).collect::<Vec<_>>(),
+        }),
+        id: drawing.id.to_string(),
         title: drawing.title.to_string(),
         unit: format.unit,
         x_name: drawing.x_name,
         chart: Value::from_safe_string(chart.render()),
         legend: lines.iter().map(|line| (line.label.to_string(), line.style.to_string())).collect(),
         rows: rows.collect(),
+    })
+}
+
+fn packed(line: &Line, at: &[f64]) -> serde_json::Value {
+    let end = |pick: fn((f64, f64)) -> f64| {
+        pack(line.points.iter().map(|it| it.map(|it| it.interval.map_or(it.mid, pick))))
+    };
+    serde_json::json!({
+        "label": line.label, "style": line.style,
+        "x": pack(at.iter().copied().map(Some)),
+        "mid": pack(line.points.iter().map(|it| it.map(|it| it.mid))),
+        "lo": end(|it| it.0), "hi": end(|it| it.1),
     })
 }
 

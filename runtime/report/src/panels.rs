@@ -9,6 +9,7 @@ mod curves;
 mod data;
 mod failures;
 mod health;
+mod paper;
 mod playback;
 mod provenance;
 mod reward;
@@ -21,6 +22,8 @@ pub struct Panel {
     pub template: &'static str,
     /// Makes the panel live; the panel is complete without it.
     pub script: Option<&'static str>,
+    /// Whether it takes what room the others leave, see [`View::room`].
+    pub fills: bool,
     /// `None`: there is nothing to show.
     pub content: fn(&View) -> Option<Content>,
 }
@@ -37,6 +40,7 @@ pub const PANELS: &[Panel] = &[
     curves::PANEL,
     comparison::PANEL,
     health::PANEL,
+    paper::PANEL,
     reward::PANEL,
     failures::PANEL,
     provenance::PANEL,

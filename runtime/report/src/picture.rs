@@ -12,6 +12,7 @@ mod legend;
 mod palette;
 mod pen;
 mod scene;
+mod start;
 
 use mpgx_lang::plan::{Area, Group, GroupId, Plan, Solid, World};
 
@@ -19,6 +20,7 @@ pub use frame::Frame;
 pub use graph::graph;
 pub use landscape::landscape;
 pub use scene::scene;
+pub use start::Start;
 
 use landscape::Values;
 use pen::{INK, num, plain};
@@ -106,6 +108,34 @@ pub fn svg(plan: &Plan, moment: &Moment, land: &Landscape) -> String {
     )
 }
 
+/// The landscape with axes and its colours, as a file of its own.
+pub fn landscape_svg(moment: &Moment, land: &Landscape) -> String {
+    let frame = Frame { area: extent(moment), left: LEFT, top: 4.0, width: PLOT };
+    let values = Values::new(land, &frame.area);
+    let mut body = landscape(moment, land, &frame) + &frame.axes(true);
+    body += &landscape::colour_bar(&values, land, [LEFT + PLOT + 8.0, 4.0], frame.height());
+    let names = names(moment.world);
+    let agent = names.get(land.agent).map(|name| plain(name)).unwrap_or_default();
+    let words = format!("{} if {agent} were elsewhere; {}", capital(&values.name), values.best_text());
+    drawing(&words, [LEFT + PLOT + 50.0, frame.top + frame.height() + 24.0], &body)
+}
+
+/// A formation as a file of its own.
+pub fn graph_svg(moment: &Moment, formation: usize) -> String {
+    let it = moment.world.formations.get(formation);
+    let words = it.map_or(String::new(), |it| format!("Formation {}: {}", plain(&it.name), plain(&it.shape)));
+    let size = [LEFT + PLOT + 50.0, 170.0];
+    drawing(&words, size, &graph(moment, formation, [0.0; 2], size))
+}
+
+/// `words` are escaped.
+fn drawing(words: &str, [width, height]: [f64; 2], body: &str) -> String {
+    let (width, height) = (num(width), num(height));
+    format!(
+        r##"<svg class="picture" role="img" aria-label="{words}" viewBox="0 0 {width} {height}" font-family="Helvetica, Arial, 'Liberation Sans', sans-serif" font-size="7.5" fill="{INK}" stroke-linejoin="round">{body}</svg>"##
+    )
+}
+
 /// Numbers of columns and rows of a grid over an area, of about `nodes` nodes.
 pub fn grid(area: Area, nodes: usize) -> (usize, usize) {
     let aspect = (area.y_m.1 - area.y_m.0) / (area.x_m.1 - area.x_m.0);
@@ -179,7 +209,7 @@ fn group_of(world: &World, agent: usize) -> Option<(GroupId, &Group)> {
 }
 
 /// Formations that are more than a point.
-fn drawable(moment: &Moment) -> Vec<usize> {
+pub fn drawable(moment: &Moment) -> Vec<usize> {
     (0..moment.world.formations.len()).filter(|&k| graph::is_drawable(moment, k)).collect()
 }
 

@@ -6,6 +6,7 @@ use mpgx_study::statistics::{performance_profile, profile_band};
 use serde::Serialize;
 
 use crate::band::FEWEST_SEEDS;
+use crate::series::pack;
 use crate::svg::{self, Axis, Chart};
 use crate::text::{Format, escape};
 
@@ -29,6 +30,9 @@ pub struct Profile {
     legend: Vec<(String, String)>,
     /// A threshold, then the share of each method.
     rows: Vec<Vec<String>>,
+    id: String,
+    #[serde(skip)]
+    pub data: serde_json::Value,
 }
 
 /// Shares at ascending thresholds.
@@ -52,6 +56,21 @@ impl Shares {
         }
     }
 
+    /// For the script of the page, up to the end of the axis.
+    fn packed(&self, sample: &Sample, x_end: f64) -> serde_json::Value {
+        let last = |values: Vec<f64>| {
+            let last = values.last().copied();
+            pack(values.into_iter().chain(last).map(Some))
+        };
+        let (lo, hi): (Vec<f64>, Vec<f64>) = self.band.iter().copied().unzip();
+        let whole = |values: Vec<f64>| (!values.is_empty()).then(|| last(values));
+        serde_json::json!({
+            "label": sample.label, "style": sample.style,
+            "x": pack(self.at.iter().copied().chain([x_end]).map(Some)),
+            "mid": last(self.mid.clone()), "lo": whole(lo), "hi": whole(hi),
+        })
+    }
+
     /// Level between thresholds: each value at its own and at the next threshold.
     fn steps<'a, T: Copy>(&'a self, values: &'a [T], end: f64) -> impl Iterator<Item = (f64, T)> + 'a {
         let ends = self.at.iter().skip(1).copied().chain([end]);
@@ -72,8 +91,10 @@ pub fn profile(
     let whole = |_| Format { digits: 0, ..Format::percent(1.0) };
     let y = Axis::linear([0.0, 1.0], 4, whole);
     let mut area = String::new();
+    let mut packed = Vec::new();
     for sample in &samples {
         let shares = Shares::new(&sample.scores, thresholds(&sample.scores, x.lo), higher_is_better);
+        packed.push(shares.packed(sample, x.hi));
         let place = |share: f64| y.place(share);
         let region: Vec<_> = shares
             .steps(&shares.band, x.hi)
@@ -118,6 +139,12 @@ pub fn profile(
         chart,
         legend: samples.iter().map(|it| (it.label.to_string(), it.style.to_string())).collect(),
         rows: x.ticks.iter().enumerate().map(row).collect(),
+        data: serde_json::json!({
+            "id": id, "title": title, "name": if format.unit.is_empty() { "value" } else { format.unit },
+            "across": format.factor, "unit": "%", "factor": 100, "steps": true, "middle": "share of seeds",
+            "samples": packed
+        }),
+        id: id.to_string(),
         title,
     })
 }

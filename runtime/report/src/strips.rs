@@ -23,6 +23,8 @@ pub struct Strips<'a> {
     better: &'static str,
     rows: Vec<(String, Value)>,
     axis: Value,
+    /// Method, middle, ends of the interval, every seed.
+    table: Vec<[String; 5]>,
 }
 
 /// `level`: a value to compare with. `None`: there is no row.
@@ -40,8 +42,21 @@ pub fn strips<'a>(
         let strip = Strip { axis: &axis, style, height: 34, points, mid: *mid, interval: *interval, level };
         (label.clone(), Value::from_safe_string(strip.render()))
     };
-    let unit = format(axis.lo.abs().max(axis.hi.abs())).unit;
+    let format = format(axis.lo.abs().max(axis.hi.abs()));
+    let told = |spread: &Spread| {
+        let plain = |value: f64| format.at(value).plain(value);
+        let seeds: Vec<String> = spread.points.iter().map(|value| plain(*value)).collect();
+        let (lo, hi) = spread.interval.map(|(lo, hi)| (plain(lo), plain(hi))).unwrap_or_default();
+        [spread.label.clone(), plain(spread.mid), lo, hi, seeds.join(" ")]
+    };
     let labels = Value::from_safe_string(strip_axis(&axis));
     let rows: Vec<_> = spreads.iter().map(row).collect();
-    (!rows.is_empty()).then_some(Strips { title, unit, better, rows, axis: labels })
+    (!rows.is_empty()).then_some(Strips {
+        title,
+        unit: format.unit,
+        better,
+        rows,
+        axis: labels,
+        table: spreads.iter().map(told).collect(),
+    })
 }

@@ -149,7 +149,7 @@ fn studies(members: &[&Member]) -> Value {
     context! { studies }
 }
 
-fn beside<'a>(table: &'a Table, members: &[&'a Member]) -> Beside<'a> {
+pub(crate) fn beside<'a>(table: &'a Table, members: &[&'a Member<'a>]) -> Beside<'a> {
     let member = |row: &Row| {
         members.iter().copied().find(|it| it.plan.name == row.scenario && it.variant == row.variant)
     };

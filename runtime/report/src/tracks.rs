@@ -13,8 +13,8 @@ use serde::Serialize;
 /// Most frames of an episode; longer ones are thinned.
 const FRAMES: usize = 1000;
 
-/// Bytes of base64 for all tracks.
-const BUDGET: usize = 1_300_000;
+/// About the bytes of the entry of a track.
+const ENTRY: usize = 260;
 
 /// Numbers as `bytes` little-endian bytes each: 0 is `lo`, the greatest is `hi`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -55,15 +55,21 @@ pub struct Track {
 /// The blocks of all tracks.
 #[derive(Default)]
 pub struct Pool {
+    /// Bytes that may be taken.
+    room: usize,
     pub blocks: Vec<Block>,
     index: BTreeMap<Block, usize>,
     bytes: usize,
 }
 
 impl Pool {
+    pub fn new(room: usize) -> Pool {
+        Pool { room, ..Pool::default() }
+    }
+
     /// Whether another track may come.
     pub fn has_room(&self) -> bool {
-        self.bytes < BUDGET
+        self.bytes < self.room
     }
 
     fn add(&mut self, values: &[f32], bytes: usize) -> usize {
@@ -95,6 +101,7 @@ impl Pool {
             return None;
         }
         let stride = (steps + 1).div_ceil(FRAMES);
+        self.bytes += ENTRY;
         let (mut scripted, mut moved, mut headings) = (Vec::new(), Vec::new(), Vec::new());
         for frame in trajectory.agents.chunks_exact(agents).step_by(stride) {
             for (agent, [x, y, heading]) in frame.iter().enumerate() {

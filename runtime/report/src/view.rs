@@ -13,6 +13,8 @@ pub struct View<'a> {
     pub input: &'a Input<'a>,
     /// Learners, then controllers, as in the Plan.
     pub methods: Vec<Entry<'a>>,
+    /// Bytes that a panel may fill.
+    pub room: usize,
 }
 
 /// A method and what became of it.
@@ -43,7 +45,7 @@ impl<'a> View<'a> {
             Entry { label: &method.label, style, learned, records }
         };
         let methods = learners.chain(controllers).map(&mut entry).collect();
-        View { input, methods }
+        View { input, methods, room: 0 }
     }
 
     /// The learner the study is about.

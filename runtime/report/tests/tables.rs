@@ -84,7 +84,7 @@ fn two_studies_have_a_whole_page() {
     let mut b = sample::study(10, &["random", "circle"]).finished();
     b.plan.world.safety_m = 0.2;
     let html = compared(&a, &b, |it| compare_html(it).unwrap());
-    for part in ["verdict", "meaning", "comparison", "curves", "provenance"] {
+    for part in ["verdict", "meaning", "comparison", "learning", "provenance"] {
         assert!(html.contains(&format!("<section id=\"{part}\"")), "{part}");
     }
     for text in ["before: mpg", "after: td3", "safety", "0.2 m", "before has “regular”; after has “circle”"]

@@ -197,6 +197,7 @@ fn page(study: &Study, folder: &Path, storage: &dyn Storage) -> Result<String, F
         timings: &study.timings,
         summary,
         provenance: provenance::kept(storage),
+        published: suite::published(&study.plan),
     })
     .map_err(|error| Failure::new(Exit::Internal, error.to_string()))
 }

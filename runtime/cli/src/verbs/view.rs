@@ -3,10 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use mpgx_lang::Override;
-use mpgx_lang::plan::{Constraint, Control, Plan, World};
+use mpgx_lang::plan::World;
 use mpgx_lang::problem::did_you_mean;
-use mpgx_report::picture::{self, Landscape, Moment};
-use mpgx_sim::{Episode, EpisodeKey, Mode, SimError, Task, Worth};
+use mpgx_report::picture::{self, Start};
 
 use crate::failure::{Exit, Failure};
 use crate::scenario;
@@ -40,88 +39,27 @@ pub struct Args {
     out: Option<PathBuf>,
 }
 
-/// Nodes of the landscape for a small world; of large ones fewer, since pairs of agents grow with the square.
+/// Nodes of the landscape, at most.
 const NODES: usize = 30_000;
-const PAIRS: usize = 100_000_000;
 
 pub fn run(args: Args) -> Result<Exit, Failure> {
     let (plan, _) = scenario::plan(&args.scenario, &args.set)?;
     let world = &plan.world;
     let term = args.term.as_deref().map(|term| term_of(world, term)).transpose()?;
     let agent = agent_of(world, args.agent.as_deref())?;
-    let (task, episode) =
-        begin(&plan, args.seed).map_err(|error| Failure::new(Exit::BadInput, error.to_string()))?;
-    let moment = moment(world, &task, &episode);
-    let area = picture::extent(&moment);
-    let nodes = (PAIRS / world.agents().pow(2).max(1)).clamp(400, NODES);
-    let (columns, rows) = picture::grid(area, nodes);
-    let worth = task.worth(&episode, agent, &picture::nodes(area, columns, rows));
-    let failed = |worth: &Worth| world.ends.iter().zip(&worth.ends).any(|(end, holds)| end.failure && *holds);
-    let value = |worth: &Worth| match term {
-        Some((k, _)) => worth.terms.get(k).copied().unwrap_or(f64::NAN),
-        None => worth.reward,
-    };
-    let landscape = Landscape {
-        agent,
-        name: term.map_or("reward", |(_, name)| name).to_string(),
-        dimension: world.reward.first().map(|term| term.dimension.clone()).unwrap_or_default(),
-        columns,
-        values: worth.iter().map(value).collect(),
-        failed: worth.iter().map(failed).collect(),
-    };
+    let start =
+        Start::new(&plan, args.seed).map_err(|error| Failure::new(Exit::BadInput, error.to_string()))?;
+    let landscape = start.landscape(agent, term, NODES);
     let file = args.out.unwrap_or_else(|| Path::new(&plan.name).with_extension("svg"));
-    write(&file, &picture::svg(&plan, &moment, &landscape))?;
+    write(&file, &picture::svg(&plan, &start.moment, &landscape))?;
     println!("{}", file.display());
     Ok(Exit::Done)
 }
 
-/// The start of the first training episode of a seed.
-fn begin(plan: &Plan, seed: u32) -> Result<(Task, Episode), SimError> {
-    let task = Task::new(plan, &plan.world)?;
-    let mut episode = task.episode();
-    task.reset(&mut episode, EpisodeKey { seed, ..EpisodeKey::default() })?;
-    Ok((task, episode))
-}
-
-/// The moment, and the ways that scripted agents and obstacles will go while those that learn stand still.
-fn moment<'a>(world: &'a World, task: &Task, episode: &Episode) -> Moment<'a> {
-    let positions = |episode: &Episode| (0..task.agents()).map(|k| episode.position(k)).collect::<Vec<_>>();
-    let moved: Vec<bool> = world
-        .groups
-        .iter()
-        .flat_map(|group| vec![matches!(group.control, Control::Motion(_)); group.size])
-        .collect();
-    let start = positions(episode);
-    let mut ways: Vec<Vec<[f64; 2]>> =
-        start.iter().zip(&moved).map(|(at, moves)| if *moves { vec![*at] } else { Vec::new() }).collect();
-    let mut later = episode.clone();
-    while moved.contains(&true) && later.time_steps() < task.horizon() {
-        task.idle(&mut later, Mode::Evaluate);
-        for (way, at) in ways.iter_mut().zip(positions(&later)).filter(|(way, _)| !way.is_empty()) {
-            way.push(at);
-        }
-    }
-    let mut slots = episode.slots().iter().copied();
-    let lengths_m: Vec<Vec<f64>> = (0..world.formations.len()).map(|k| task.lengths(episode, k)).collect();
-    let places_m = world
-        .formations
-        .iter()
-        .map(|formation| match formation.constraint {
-            Constraint::Displacements { .. } => {
-                let members = world.groups.get(formation.group).map_or(0, |group| group.size);
-                slots.by_ref().take(members).collect()
-            }
-            Constraint::Distances(_) => Vec::new(),
-        })
-        .collect();
-    let headings = (0..task.agents()).map(|k| task.heading(episode, k)).collect();
-    Moment { world, positions_m: start, headings, ways_m: ways, places_m, lengths_m }
-}
-
-/// Index and name of a term.
-fn term_of<'a>(world: &'a World, wanted: &str) -> Result<(usize, &'a str), Failure> {
+/// Index of a term.
+fn term_of(world: &World, wanted: &str) -> Result<usize, Failure> {
     let names: Vec<&str> = world.reward.iter().map(|term| term.name.as_str()).collect();
-    let found = names.iter().position(|name| *name == wanted).and_then(|k| Some((k, *names.get(k)?)));
+    let found = names.iter().position(|name| *name == wanted);
     found.ok_or_else(|| unknown("reward term", wanted, &names))
 }
 

@@ -8,6 +8,9 @@ use crate::grid::Grid;
 use crate::lines::{Drawing, Line, Lines, lines};
 use crate::text::Format;
 
+/// Most points of a curve.
+const POINTS: usize = 400;
+
 type Column = fn(&Training) -> &[f64];
 
 /// Distance and, where the rewards are the same, return; smoothed as in the report of a study.
@@ -40,13 +43,14 @@ fn figure(compared: &Compared, drawing: &Drawing, column: Column) -> Option<Line
     if last == 0 {
         return None;
     }
-    let grid = Grid::new(last, horizon);
+    let grid = Grid::new(last, horizon, 0.0, |_| POINTS);
+    let window = grid.filters.first().map_or(1, |filter| filter.window);
     let mut names = Vec::new();
     for (n, label) in labels(&compared.sides, |plan| &plan.learners).into_iter().enumerate() {
         for (k, side) in compared.sides.iter().enumerate() {
             let of = trainings(k, label);
             if !of.is_empty() {
-                names.push((format!("{}: {label}", side.name), style(2 * n + k), points(&grid, &of, column)));
+                names.push((format!("{}: {label}", side.name), style(2 * n + k), points(&grid, window, &of, column)));
             }
         }
     }
@@ -56,9 +60,9 @@ fn figure(compared: &Compared, drawing: &Drawing, column: Column) -> Option<Line
     lines(drawing, &at, &drawn)
 }
 
-fn points(grid: &Grid, trainings: &[&Training], column: Column) -> Vec<Option<Estimate>> {
+fn points(grid: &Grid, window: usize, trainings: &[&Training], column: Column) -> Vec<Option<Estimate>> {
     let resamples = Resamples::new(trainings.len());
-    let of = |training: &&Training| grid.smooth(&grid.resample(&training.steps, column(training)));
+    let of = |training: &&Training| grid.smooth(&grid.resample(&training.steps, column(training)), window);
     let seeds: Vec<Vec<Option<f64>>> = trainings.iter().map(of).collect();
     let at = |bin: usize| {
         let values: Vec<f64> = seeds.iter().filter_map(|values| values.get(bin).copied().flatten()).collect();

@@ -6,17 +6,20 @@ use mpgx_lang::plan::Protocol;
 use mpgx_study::summary::{Comparison, Statistic};
 use serde::Serialize;
 
+use super::curves::grid;
 use super::{Content, Panel};
 use crate::profile::{Profile, Sample, profile};
 use crate::strips::{Spread, Strips, strips};
 use crate::text::{Format, plural};
+use crate::threshold::thresholds;
 use crate::view::{Entry, View};
 
 pub const PANEL: Panel = Panel {
     id: "comparison",
     title: "Comparison",
     template: include_str!("comparison.html"),
-    script: None,
+    script: Some(include_str!("../script/samples.js")),
+    fills: false,
     content,
 };
 
@@ -52,8 +55,15 @@ fn content(view: &View) -> Option<Content> {
     let protocols = view.input.plan.protocols.iter().enumerate();
     let parts: Vec<_> =
         protocols.filter_map(|(k, protocol)| part(view, protocol, first, &format!("profile-{k}"))).collect();
-    let context = context! { first => first.label, style => first.style.as_str(), parts => Serde(&parts) };
-    (!parts.is_empty()).then_some(Content { context, data: None })
+    let context = context! {
+        first => first.label,
+        style => first.style.as_str(),
+        parts => Serde(&parts),
+        soon => Serde(grid(view).and_then(|grid| thresholds(view, &grid))),
+    };
+    let profiles: Vec<_> = parts.iter().filter_map(|part| part.profile.as_ref()).map(|it| &it.data).collect();
+    let data = serde_json::json!({ "charts": profiles });
+    (!parts.is_empty()).then_some(Content { context, data: Some(data) })
 }
 
 fn part<'v>(view: &'v View, protocol: &'v Protocol, first: &Entry, id: &str) -> Option<Part<'v>> {

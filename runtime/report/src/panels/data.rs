@@ -9,7 +9,8 @@ pub const PANEL: Panel = Panel {
     id: "data",
     title: "Data",
     template: include_str!("data.html"),
-    script: Some(include_str!("../download.js")),
+    script: Some(include_str!("../script/download.js")),
+    fills: false,
     content,
 };
 

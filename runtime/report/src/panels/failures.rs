@@ -2,17 +2,19 @@
 
 use minijinja::context;
 use minijinja::value::Serde;
+use mpgx_study::record::Timing;
 use serde::Serialize;
 
 use super::{Content, Panel};
-use crate::text::{Format, count, duration, plural};
-use crate::view::View;
+use crate::text::{Format, duration, plural};
+use crate::view::{Entry, View};
 
 pub const PANEL: Panel = Panel {
     id: "failures",
     title: "Failures and time",
     template: include_str!("failures.html"),
     script: None,
+    fills: false,
     content,
 };
 
@@ -31,10 +33,13 @@ struct Failed<'a> {
 struct Time<'a> {
     method: &'a str,
     style: &'a str,
-    seeds: usize,
-    updates: String,
-    rate: String,
-    each: String,
+    cells: usize,
+    /// Training, mean of a cell; steps and updates a second.
+    training: Option<[String; 3]>,
+    /// Evaluation, mean of a cell.
+    evaluation: String,
+    /// Of both together.
+    share: String,
 }
 
 fn content(view: &View) -> Option<Content> {
@@ -52,24 +57,7 @@ fn content(view: &View) -> Option<Content> {
             link: view.place_link(&failure.at),
         })
         .collect();
-    let times: Vec<_> = summary
-        .training
-        .iter()
-        .map(|(method, training)| {
-            let seconds = &training.seconds_per_seed;
-            let seeds = seconds.len();
-            let mean = seconds.iter().sum::<f64>() / seeds.max(1) as f64;
-            let rate = training.updates_per_s_per_core;
-            Time {
-                method,
-                style: view.style(method),
-                seeds,
-                updates: count(training.updates as f64),
-                rate: Format { digits: 0, ..Format::number(rate) }.plain(rate),
-                each: duration(mean),
-            }
-        })
-        .collect();
+    let times: Vec<_> = view.methods.iter().filter_map(|method| time(view, method)).collect();
     let cells = view.input.timings.len();
     let total: f64 = view.input.timings.values().map(|timing| timing.training_s + timing.evaluation_s).sum();
     let context = context! {
@@ -79,4 +67,32 @@ fn content(view: &View) -> Option<Content> {
         total => (cells > 0).then(|| format!("{} of one core for {}", duration(total), plural(cells, "cell"))),
     };
     Some(Content { context, data: None })
+}
+
+fn time<'v>(view: &View<'v>, method: &'v Entry<'v>) -> Option<Time<'v>> {
+    let input = view.input;
+    let cells = || {
+        let records = input.records.iter().filter(|(_, record)| record.method == method.label);
+        records.filter_map(|(id, record)| Some((record, input.timings.get(id)?)))
+    };
+    let n = cells().count();
+    let of = |pick: fn(&Timing) -> f64| cells().map(|(_, timing)| pick(timing)).sum::<f64>();
+    let (training_s, evaluation_s) = (of(|it| it.training_s), of(|it| it.evaluation_s));
+    let trained = || cells().filter_map(|(record, _)| record.training.as_ref());
+    let steps: u64 = trained().filter_map(|training| training.steps.last()).sum();
+    let updates: u64 = trained().map(|training| training.updates).sum();
+    let rate = |count: u64| {
+        let rate = count as f64 / training_s;
+        Format { digits: 0, ..Format::number(rate) }.plain(rate)
+    };
+    let training = || [duration(training_s / n as f64), rate(steps), rate(updates)];
+    let share = training_s / (training_s + evaluation_s).max(f64::MIN_POSITIVE);
+    (n > 0).then(|| Time {
+        method: method.label,
+        style: &method.style,
+        cells: n,
+        training: (method.learned && training_s > 0.0).then(training),
+        evaluation: duration(evaluation_s / n as f64),
+        share: Format { digits: 0, ..Format::percent(share) }.plain(share),
+    })
 }

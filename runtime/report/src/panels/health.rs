@@ -6,15 +6,26 @@ use mpgx_study::record::Health;
 use serde::Serialize;
 
 use super::{Content, Panel};
+use crate::series::{lttb, pack};
 use crate::svg::{self, Axis, Chart, Tick};
 use crate::text::{Format, count};
 use crate::view::{Entry, View};
 
-pub const PANEL: Panel =
-    Panel { id: "health", title: "Critics", template: include_str!("health.html"), script: None, content };
+pub const PANEL: Panel = Panel {
+    id: "health",
+    title: "Critics",
+    template: include_str!("health.html"),
+    script: Some(include_str!("../script/health.js")),
+    fills: false,
+    content,
+};
 
-/// Points of a curve.
-const POINTS: usize = 120;
+/// Entries of the log that are kept.
+const POINTS: usize = 1000;
+/// Points of a drawn line.
+const DRAWN: usize = 80;
+/// Letters of all series in the page.
+const BUDGET: usize = 200_000;
 
 /// What is known of the metrics, in the order of the page; others follow under their own names.
 const KNOWN: &[(&str, &str)] = &[
@@ -37,10 +48,34 @@ struct Figure {
     metric: String,
     chart: Value,
     last: Vec<(String, String, String)>,
+    id: String,
+    #[serde(skip)]
+    data: serde_json::Value,
 }
 
 /// Updates and values of one seed.
 type Line = Vec<(f64, f64)>;
+
+/// The kept entries of the log, the same for all learners and metrics.
+struct Entries {
+    updates: Vec<u64>,
+    every: usize,
+}
+
+impl Entries {
+    /// Of the longest log, as many as there is room for.
+    fn new(view: &View, metrics: usize) -> Entries {
+        let longest = healths(view).map(|health| &health.updates).max_by_key(|updates| updates.len());
+        let all = longest.map(Vec::as_slice).unwrap_or_default();
+        let room = BUDGET / (4 * metrics * healths(view).count()).max(1);
+        let every = all.len().div_ceil(room.clamp(20, POINTS)).max(1);
+        Entries { updates: all.iter().copied().step_by(every).collect(), every }
+    }
+
+    fn packed(&self, column: &[f32]) -> String {
+        pack(column.iter().step_by(self.every).map(|value| Some(f64::from(*value))))
+    }
+}
 
 fn content(view: &View) -> Option<Content> {
     let known = KNOWN.iter().map(|(metric, title)| (metric.to_string(), title.to_string()));
@@ -50,11 +85,15 @@ fn content(view: &View) -> Option<Content> {
     others.dedup();
     others.retain(|metric| KNOWN.iter().all(|(known, _)| known != metric));
     let others = others.into_iter().map(|metric| (metric.to_string(), metric.to_string()));
+    let metrics: Vec<_> = known.chain(others).collect();
+    let entries = Entries::new(view, metrics.len());
     let figures: Vec<_> =
-        known.chain(others).filter_map(|(metric, title)| figure(view, metric, title)).collect();
+        metrics.into_iter().filter_map(|(metric, title)| figure(view, metric, title, &entries)).collect();
+    let charts: Vec<_> = figures.iter().map(|figure| &figure.data).collect();
+    let data = serde_json::json!({ "updates": entries.updates, "charts": charts });
     let legend: Vec<_> = view.learners().map(|method| (method.label, method.style.as_str())).collect();
     let context = context! { legend => Serde(legend), figures => Serde(&figures) };
-    (!figures.is_empty()).then_some(Content { context, data: None })
+    (!figures.is_empty()).then_some(Content { context, data: Some(data) })
 }
 
 fn healths<'v>(view: &'v View) -> impl Iterator<Item = &'v Health> {
@@ -66,10 +105,9 @@ fn healths<'v>(view: &'v View) -> impl Iterator<Item = &'v Health> {
 fn lines(method: &Entry, metric: &str) -> Vec<Line> {
     let line = |health: &Health| {
         let column = health.columns.get(metric)?;
-        let every = column.len().div_ceil(POINTS).max(1);
         let pairs =
             health.updates.iter().zip(column).map(|(&updates, &value)| (updates as f64, f64::from(value)));
-        Some(pairs.step_by(every).filter(|(_, value)| value.is_finite()).collect())
+        Some(pairs.filter(|(_, value)| value.is_finite()).collect())
     };
     method
         .records
@@ -90,7 +128,7 @@ fn mean(lines: &[Line]) -> Line {
     (0..length).filter_map(at).collect()
 }
 
-fn figure(view: &View, metric: String, title: String) -> Option<Figure> {
+fn figure(view: &View, metric: String, title: String, entries: &Entries) -> Option<Figure> {
     let all: Vec<(&Entry, Vec<Line>)> = view
         .learners()
         .map(|method| (method, lines(method, &metric)))
@@ -105,7 +143,10 @@ fn figure(view: &View, metric: String, title: String) -> Option<Figure> {
     let ticks = x.ticks.into_iter().map(|tick| Tick { label: count(tick.value), ..tick }).collect();
     let x = Axis { hi: last, ticks, ..x };
     let y = Axis::linear(points().map(|(_, value)| *value), 5, Format::number);
-    let draw = |line: &Line| svg::line(line.iter().map(|&(a, b)| Some((x.place(a), y.place(b)))));
+    let draw = |line: &Line| {
+        let points: Vec<_> = line.iter().map(|&(a, b)| (x.place(a), y.place(b))).collect();
+        svg::line(lttb(&points, DRAWN).into_iter().map(|k| points.get(k).copied()))
+    };
     let area: String = all
         .iter()
         .map(|(method, lines)| {
@@ -123,8 +164,19 @@ fn figure(view: &View, metric: String, title: String) -> Option<Figure> {
         })
         .collect();
     let words: Vec<_> = last.iter().map(|(label, _, value)| format!("{label} ends at {value}")).collect();
+    let id = format!("health-{}", metric.replace(|c: char| !c.is_ascii_alphanumeric(), "-"));
+    let packed = |(method, _): &(&Entry, Vec<Line>)| {
+        let seeds = method.records.iter().filter_map(|record| {
+            let column = record.training.as_ref()?.health.columns.get(&metric)?;
+            let values = entries.packed(column);
+            Some(serde_json::json!({ "seed": record.seed, "failed": record.failure.is_some(), "values": values }))
+        });
+        serde_json::json!({ "label": method.label, "style": method.style, "seeds": seeds.collect::<Vec<_>>() })
+    };
+    let methods: Vec<_> = all.iter().map(packed).collect();
+    let data = serde_json::json!({ "id": id, "title": title, "methods": methods });
     let chart = Chart {
-        id: &format!("health-{}", metric.replace(|c: char| !c.is_ascii_alphanumeric(), "-")),
+        id: &id,
         title: &title,
         description: &format!("{metric} against updates; mean over seeds: {}.", words.join(", ")),
         height: 150,
@@ -134,5 +186,5 @@ fn figure(view: &View, metric: String, title: String) -> Option<Figure> {
         over: "",
     };
     let chart = Value::from_safe_string(chart.render());
-    Some(Figure { title, metric, chart, last })
+    Some(Figure { title, metric, chart, last, id, data })
 }

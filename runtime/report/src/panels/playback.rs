@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use minijinja::{Value, context};
-use mpgx_lang::plan::{Control, Extern, Setting, World};
+use mpgx_lang::plan::{Control, Extern, Setting, Solid, World};
 use mpgx_study::record::Trajectory;
 use serde::Serialize;
 
@@ -16,9 +16,19 @@ pub const PANEL: Panel = Panel {
     id: "playback",
     title: "Playback",
     template: include_str!("playback.html"),
-    script: Some(include_str!("../player.js")),
+    script: Some(concat!(
+        include_str!("../script/player/tracks.js"),
+        include_str!("../script/player/scene.js"),
+        include_str!("../script/player/lanes.js"),
+        include_str!("../script/player/player.js")
+    )),
+    fills: true,
     content,
 };
+
+/// Bytes of all tracks, and what else the panel may need: the last track, the still picture, lists.
+const MOST: usize = 1_300_000;
+const RESERVE: usize = 120_000;
 
 /// Episodes shown of each cell.
 const EPISODES: usize = 2;
@@ -42,8 +52,11 @@ struct Stage<'a> {
 struct Agent<'a> {
     group: &'a str,
     learned: bool,
+    radius_m: f64,
     /// Distance of the axle behind the hand point, m; `None` for bodies without a heading.
     hand_m: Option<f64>,
+    /// The outline of an obstacle.
+    solid: Option<&'a Solid>,
 }
 
 #[derive(Serialize)]
@@ -54,7 +67,7 @@ struct Actor<'a> {
 
 fn content(view: &View) -> Option<Content> {
     let plan = view.input.plan;
-    let mut pool = Pool::default();
+    let mut pool = Pool::new(view.room.saturating_sub(RESERVE).min(MOST));
     let mut tracks = Vec::new();
     let mut complete = true;
     for (episode, (method, seed), protocol) in order(view) {
@@ -78,11 +91,14 @@ fn content(view: &View) -> Option<Content> {
         first.seed,
         plan.protocols.get(first.protocol)?.name
     );
+    let obstacles = plan.world.groups.iter().any(|group| group.solid.is_some());
     let context = context! {
         still => Value::from_safe_string(still(world, still_of, frame, &view.methods.get(first.method)?.style)),
         caption,
         episodes => plural(tracks.len(), "episode"),
         complete,
+        obstacles => obstacles,
+        margins => obstacles && plan.world.safety_m > 0.0,
     };
     let methods: Vec<_> =
         view.methods.iter().map(|method| Actor { label: method.label, style: &method.style }).collect();
@@ -128,7 +144,9 @@ fn stage<'v>(view: &'v View, name: &'v str, world: &'v World) -> Stage<'v> {
         let agent = move |_| Agent {
             group: &group.name,
             learned: group.control == Control::Learned,
+            radius_m: group.radius_m,
             hand_m: hand(&group.body),
+            solid: group.solid.as_ref(),
         };
         (0..group.size).map(agent)
     });
@@ -196,7 +214,10 @@ fn still(world: &World, trajectory: &Trajectory, frame: [f64; 4], style: &str) -
     let learned = world.learned();
     let slots = trajectory.slots.len() / (trajectory.agents.len() / agents.max(1)).max(1);
     let mut body = String::new();
-    for agent in 0..agents {
+    let solids: Vec<Option<&Solid>> =
+        world.groups.iter().flat_map(|group| vec![group.solid.as_ref(); group.size]).collect();
+    let is_agent = |agent: usize| solids.get(agent).is_some_and(Option::is_none);
+    for agent in (0..agents).filter(|agent| is_agent(*agent)) {
         let class = if learned.contains(&agent) { style } else { "leader" };
         let points = trajectory.agents.iter().skip(agent).step_by(agents).map(|&[x, y, _]| place(x, y));
         let trail: Vec<String> = points.map(|(x, y)| format!("{x:.0},{y:.0}")).collect();
@@ -209,6 +230,28 @@ fn still(world: &World, trajectory: &Trajectory, frame: [f64; 4], style: &str) -
     }
     let last_agents = trajectory.agents.len().saturating_sub(agents);
     for (agent, &[x, y, _]) in trajectory.agents.iter().skip(last_agents).enumerate() {
+        if let Some(Some(solid)) = solids.get(agent) {
+            let at = |dx: f64, dy: f64| place(x + dx as f32, y + dy as f32);
+            let corners = |all: &[(f64, f64)]| {
+                let points = all.iter().map(|&(dx, dy)| at(dx, dy)).map(|(x, y)| format!("{x:.0},{y:.0}"));
+                points.collect::<Vec<_>>().join(" ")
+            };
+            let (cx, cy) = at(0.0, 0.0);
+            let _ = match solid {
+                Solid::Disc { radius_m } => {
+                    let r = radius_m * scale;
+                    write!(body, r#"<circle class="obstacle" cx="{cx:.0}" cy="{cy:.0}" r="{r:.0}"/>"#)
+                }
+                Solid::Segment { to_m } => {
+                    let points = corners(&[(0.0, 0.0), *to_m]);
+                    write!(body, r#"<polyline class="obstacle" points="{points}"/>"#)
+                }
+                Solid::Polygon { corners_m } => {
+                    write!(body, r#"<polygon class="obstacle" points="{}"/>"#, corners(corners_m))
+                }
+            };
+            continue;
+        }
         let class = if learned.contains(&agent) { style } else { "leader" };
         let (x, y) = place(x, y);
         let _ = write!(body, r#"<circle class="agent {class}" cx="{x:.0}" cy="{y:.0}" r="9"/>"#);

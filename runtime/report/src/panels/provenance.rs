@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::{Content, Panel};
 use crate::Provenance;
+use crate::origins::{Origin, origins};
 use crate::view::View;
 
 pub const PANEL: Panel = Panel {
@@ -15,13 +16,14 @@ pub const PANEL: Panel = Panel {
     title: "Provenance",
     template: include_str!("provenance.html"),
     script: None,
+    fills: false,
     content,
 };
 
 #[derive(Serialize)]
 struct SettingRow<'a> {
     name: &'a str,
-    values: Vec<String>,
+    values: Vec<(String, Option<Origin>)>,
     /// Whether the methods differ in it.
     differs: bool,
 }
@@ -57,15 +59,19 @@ fn content(view: &View) -> Option<Content> {
 /// Every setting of every learner, one row a name.
 fn settings<'v>(view: &'v View) -> Vec<SettingRow<'v>> {
     let learners = &view.input.plan.learners;
-    let mut rows: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    let origins = origins(view);
+    let mut rows: BTreeMap<&str, Vec<(String, Option<Origin>)>> = BTreeMap::new();
     for (k, method) in learners.iter().enumerate() {
         for (name, setting) in &method.what.settings {
-            let row = rows.entry(name).or_insert_with(|| vec![String::new(); learners.len()]);
+            let row = rows.entry(name).or_insert_with(|| vec![(String::new(), None); learners.len()]);
             if let Some(value) = row.get_mut(k) {
-                *value = setting.to_string();
+                let origin = origins.get(&(method.label.clone(), name.clone())).cloned();
+                *value = (setting.to_string(), origin);
             }
         }
     }
-    let differs = |values: &[String]| values.iter().any(|value| values.first() != Some(value));
+    let differs = |values: &[(String, Option<Origin>)]| {
+        values.iter().any(|value| values.first().map(|it| &it.0) != Some(&value.0))
+    };
     rows.into_iter().map(|(name, values)| SettingRow { name, differs: differs(&values), values }).collect()
 }

@@ -2,28 +2,56 @@
 
 use minijinja::value::Serde;
 use minijinja::{Value, context};
-use mpgx_lang::plan::Expr;
+use mpgx_lang::analyse::bounds::bounds;
+use mpgx_lang::analyse::interval::Interval;
+use mpgx_lang::analyse::rigidity::Framework;
+use mpgx_lang::analyse::scene::{Mode, Scene};
+use mpgx_lang::plan::{Constraint, Expr, Plan};
 use mpgx_lang::render::{latex, mathml};
 use serde::Serialize;
 
 use super::{Content, Panel};
-use crate::symbols::{Symbol, quantity, symbols};
-use crate::text::Format;
+use crate::picture::{self, Start};
+use crate::symbols::{Symbol, quantity, symbols, unit};
+use crate::text::{Format, plural};
 use crate::view::View;
 
-pub const PANEL: Panel =
-    Panel { id: "reward", title: "Reward", template: include_str!("reward.html"), script: None, content };
+pub const PANEL: Panel = Panel {
+    id: "reward",
+    title: "Reward",
+    template: include_str!("reward.html"),
+    script: None,
+    fills: false,
+    content,
+};
+
+/// Formations of more nodes are only counted.
+const MOST_NODES: usize = 24;
+const MOST_FORMATIONS: usize = 3;
+/// Of the landscape.
+const NODES: usize = 4000;
 
 #[derive(Serialize)]
 struct Term<'a> {
     name: &'a str,
     doc: &'a str,
     math: Value,
+    mathml: String,
     latex: String,
     symbols: Vec<Symbol>,
     link: Option<String>,
     place: String,
+    /// What it can be in one step.
+    bounds: Option<String>,
     share: Option<Share>,
+}
+
+/// A drawing with its words.
+#[derive(Serialize)]
+struct Drawing {
+    title: String,
+    words: String,
+    svg: Value,
 }
 
 /// What a term gives of the whole, by the mean sums of the first learner's held-out episodes.
@@ -80,18 +108,23 @@ fn content(view: &View) -> Option<Content> {
             width: format!("{:.1}", 100.0 * part),
         })
     };
+    let bounds = bounds(&Scene::new(plan, world, Mode::Training));
+    let dimension = world.reward.first().map_or("number", |term| term.dimension.as_str());
     let terms: Vec<_> = world
         .reward
         .iter()
         .zip(&sums)
-        .map(|(term, sum)| Term {
+        .enumerate()
+        .map(|(k, (term, sum))| Term {
             name: &term.name,
             doc: term.doc.trim(),
             math: Value::from_safe_string(mathml::term(plan, world, term)),
+            mathml: mathml::term(plan, world, term),
             latex: latex::term(plan, world, term),
             symbols: symbols(plan, world, &term.value),
             link: view.source_link(&term.at.file, term.at.line),
             place: format!("{}:{}", term.at.file, term.at.line),
+            bounds: bounds.terms.get(k).map(|it| between(*it, &term.dimension)),
             share: share(*sum),
         })
         .collect();
@@ -118,6 +151,9 @@ fn content(view: &View) -> Option<Content> {
         .collect();
     let files: Vec<_> = view.input.source.iter().enumerate().map(file).collect();
     let context = context! {
+        reward => (!world.reward.is_empty()).then(|| between(bounds.reward, dimension)),
+        total => (!world.reward.is_empty()).then(|| between(bounds.total, dimension)),
+        drawings => Serde(drawings(view)),
         terms => Serde(&terms),
         ends => Serde(ends),
         params => Serde(params),
@@ -126,6 +162,65 @@ fn content(view: &View) -> Option<Content> {
         protocol => view.main_protocol().map(|protocol| protocol.name.as_str()),
     };
     Some(Content { context, data: None })
+}
+
+/// `from −2.83 m to 0 m`
+fn between(bounds: Interval, dimension: &str) -> String {
+    let unit = unit(dimension).unwrap_or("SI");
+    let end = |value: f64, none: &str| match value.is_finite() {
+        true => Format { unit, ..Format::number(value) }.full(value),
+        false => none.into(),
+    };
+    format!("from {} to {}", end(bounds.low, "no bound"), end(bounds.high, "no bound"))
+}
+
+/// Each formation that is more than a point, and the reward over the position of the first agent that learns.
+fn drawings(view: &View) -> Vec<Drawing> {
+    let plan = view.input.plan;
+    let Ok(start) = Start::new(plan, 0) else { return Vec::new() };
+    let moment = &start.moment;
+    let formation = |k: usize| {
+        let it = plan.world.formations.get(k)?;
+        let svg = Value::from_safe_string(picture::graph_svg(moment, k));
+        Some(Drawing { title: format!("Formation {}: {}", it.name, it.shape), words: kept(plan, k)?, svg })
+    };
+    let mut drawings: Vec<_> =
+        picture::drawable(moment).into_iter().take(MOST_FORMATIONS).filter_map(formation).collect();
+    let learned = plan.world.learned().first().copied().filter(|_| !plan.world.reward.is_empty());
+    drawings.extend(learned.map(|agent| Drawing {
+        title: format!("Reward over the position of {}", plan.world.agent_name(agent)),
+        words: "At the start of the first episode, with all others where they are; hatched where an end that is a \
+                failure holds, a star at the greatest value."
+            .into(),
+        svg: Value::from_safe_string(picture::landscape_svg(moment, &start.landscape(agent, None, NODES))),
+    }));
+    drawings
+}
+
+/// What a formation's graph keeps, in words.
+fn kept(plan: &Plan, formation: usize) -> Option<String> {
+    let it = plan.world.formations.get(formation)?;
+    let members = plan.world.groups.get(it.group)?.size;
+    let nodes = members + usize::from(it.about.is_some());
+    let framework = Framework { nodes, edges: it.graph.iter(nodes).collect() };
+    let (edges, full) = (framework.edges.len(), framework.full_rank());
+    let graph = format!("{} and {}", plural(nodes, "node"), plural(edges, "edge"));
+    if let Constraint::Displacements { .. } = it.constraint {
+        return Some(format!("{graph}. Every member has a place of its own, so nothing is left free."));
+    }
+    if nodes > MOST_NODES {
+        return Some(format!("{graph}; a rigid formation needs at least {full}."));
+    }
+    let freedom = framework.freedom();
+    Some(if freedom.rank >= full {
+        format!(
+            "{graph}. Rigid: its distances leave only the place, the turn and the mirror image of the whole."
+        )
+    } else {
+        let open = full - freedom.rank;
+        let free = if open == 1 { "one motion keeps".to_string() } else { format!("{open} motions keep") };
+        format!("{graph}. Not rigid: {free} all distances (rank {} of {full}).", freedom.rank)
+    })
 }
 
 fn mean_sum(view: &View, term: &str) -> Option<f64> {

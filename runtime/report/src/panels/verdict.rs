@@ -10,8 +10,14 @@ use crate::svg::{Axis, Strip};
 use crate::text::{Format, escape, list, plural};
 use crate::view::{Entry, View};
 
-pub const PANEL: Panel =
-    Panel { id: "verdict", title: "Verdict", template: include_str!("verdict.html"), script: None, content };
+pub const PANEL: Panel = Panel {
+    id: "verdict",
+    title: "Verdict",
+    template: include_str!("verdict.html"),
+    script: None,
+    fills: false,
+    content,
+};
 
 /// Seeds from which on differences are more than a hint.
 const ENOUGH_SEEDS: usize = 10;

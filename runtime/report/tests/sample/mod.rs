@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use mpgx_lang::plan::{Plan, Protocol};
+use mpgx_lang::plan::{Method, Plan, Protocol};
 use mpgx_lang::source::NoFiles;
 use mpgx_random::{Address, Purpose, Stream};
 use mpgx_report::{Input, Provenance};
@@ -70,21 +70,58 @@ impl Sample {
                 threads: "2".into(),
                 duration: "3 min 20 s".into(),
             },
+            published: None,
         }
     }
 }
 
 /// A whole study: `seeds` seeds of two learners, two controllers, and the named protocols.
 pub fn study(seeds: u32, protocols: &[&str]) -> Sample {
-    let plan = plan(seeds as usize, protocols);
+    learners(&["mpg", "td3"], seeds, protocols)
+}
+
+/// The same with other learners.
+pub fn learners(labels: &[&str], seeds: u32, protocols: &[&str]) -> Sample {
+    let mut plan = plan(seeds as usize, protocols);
+    let one = plan.learners[0].clone();
+    plan.learners = labels.iter().map(|label| Method { label: label.to_string(), ..one.clone() }).collect();
     let mut records = BTreeMap::new();
     for seed in 0..seeds {
-        records.insert(format!("mpg-{seed:03}"), cell("mpg", seed, 0.02, protocols));
-        records.insert(format!("td3-{seed:03}"), cell("td3", seed, 0.05, protocols));
+        for (k, label) in labels.iter().enumerate() {
+            records
+                .insert(format!("{label}-{seed:03}"), cell(label, seed, 0.02 + 0.03 * k as f64, protocols));
+        }
     }
     records.insert("oracle".into(), controller("oracle", 0.0, protocols));
     records.insert("proportional".into(), controller("proportional", 0.09, protocols));
     Sample::new(plan, records)
+}
+
+/// A controller's study of a world with obstacles that nothing moves in.
+pub fn obstacles() -> Sample {
+    let source = include_str!("../../../../scenarios/regulation_obstacles.scn");
+    let mut plan = mpgx_lang::compile("o.scn", source.to_string(), &[], &NoFiles).plan.unwrap();
+    plan.protocols.truncate(1);
+    let world = &plan.world;
+    let (steps, agents) = (3, world.agents());
+    let trajectory = Trajectory {
+        agents: (0..(steps + 1) * agents).map(|k| [(k % agents) as f32 * 0.3, 0.5, 0.0]).collect(),
+        slots: vec![[0.0; 2]; steps + 1],
+        terms: vec![-0.5; steps * world.reward.len()],
+        error_m: vec![0.5; steps],
+        actions: vec![0.0; steps * 2],
+        collisions: vec![0; steps],
+    };
+    let evaluation =
+        Evaluation { trajectories: vec![trajectory], error_m: vec![0.5], ..Evaluation::default() };
+    let record = CellRecord {
+        method: "proportional".into(),
+        seed: 0,
+        training: None,
+        failure: None,
+        protocols: [(plan.protocols[0].name.clone(), evaluation)].into(),
+    };
+    Sample::new(plan, [("proportional-000".to_string(), record)].into())
 }
 
 /// One that failed with NaN at a place of the scenario.

@@ -1,4 +1,5 @@
-// Light and dark, copying.
+// Light and dark, copying; what the scripts share.
+const mpgx = {};
 (() => {
   'use strict';
   const root = document.documentElement;
