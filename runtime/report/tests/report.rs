@@ -73,10 +73,8 @@ fn the_page_loads_nothing() {
 
 #[test]
 fn the_page_stays_below_two_megabytes() {
-    let begun = std::time::Instant::now();
     let html = page(&sample::learners(&["mpg", "td3", "ddpg", "mean"], 10, &["random", "regular", "fast"]));
     assert!(html.len() < 2_000_000, "{} bytes", html.len());
-    assert!(begun.elapsed().as_secs() < 20, "even unoptimised, on a machine with other work");
     let html = page(&sample::study(24, &["random", "regular", "fast"]));
     assert!(html.len() < 2_000_000, "{} bytes", html.len());
     assert!(html.contains("more were left out to keep this file small"));
@@ -231,18 +229,11 @@ fn the_reward_has_bounds_a_landscape_and_its_formations() {
     assert!(html.contains("4\u{a0}nodes and 3\u{a0}edges. Every member has a place of its own"));
     assert!(html.contains("aria-label=\"Formation F: square\""));
     assert!(html.contains("aria-label=\"Reward if follower[1] were elsewhere; greatest reward: "));
-    let mut distances = full();
-    let source = distances.source[0].1.clone();
-    assert!(source.contains("formation F of follower"));
-    distances.plan.world.formations[0].constraint =
-        mpgx_lang::plan::Constraint::Distances(vec![mpgx_lang::plan::Expr::Number(0.4)]);
-    distances.plan.world.formations[0].graph = mpgx_lang::plan::Graph::Ring;
-    distances.plan.world.reward.truncate(0);
-    let html = page(&distances);
-    assert!(
-        html.contains("Not rigid: one motion keeps all distances (rank 4 of 5)."),
-        "a ring of four can be sheared"
-    );
+    let rigid = page(&sample::untrained(include_str!("../../../scenarios/consensus_triangle.scn")));
+    assert!(rigid.contains("3\u{a0}nodes and 3\u{a0}edges. Rigid: its distances leave only"));
+    let mut open = sample::untrained(include_str!("../../../scenarios/consensus_triangle.scn"));
+    open.plan.world.formations[0].graph = mpgx_lang::plan::Graph::Path;
+    assert!(page(&open).contains("Not rigid: one motion keeps all distances (rank 2 of 3)."));
 }
 
 #[test]
@@ -301,11 +292,7 @@ fn steps_to_a_distance_and_time_by_phase_are_told() {
     assert_eq!(table.matches("10 of 10 seeds").count(), 3, "of mpg");
     assert!(table.contains("9 of 10 seeds"), "one of td3 failed");
     let times = html.split_once("Time by phase").unwrap().1.split_once("</table>").unwrap().0;
-    assert!(
-        times.contains("<td class=\"number\">10.0 s</td>")
-            || times.contains("<td class=\"number\">9.9 s</td>"),
-        "{times}"
-    );
+    assert_eq!(times.matches("<td class=\"number\">10 s</td>").count(), 2, "9.95 s of training each");
     assert_eq!(times.matches("0.4 s").count(), 4, "an evaluation of each method");
 }
 

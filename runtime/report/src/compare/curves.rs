@@ -50,7 +50,11 @@ fn figure(compared: &Compared, drawing: &Drawing, column: Column) -> Option<Line
         for (k, side) in compared.sides.iter().enumerate() {
             let of = trainings(k, label);
             if !of.is_empty() {
-                names.push((format!("{}: {label}", side.name), style(2 * n + k), points(&grid, window, &of, column)));
+                names.push((
+                    format!("{}: {label}", side.name),
+                    style(2 * n + k),
+                    points(&grid, window, &of, column),
+                ));
             }
         }
     }

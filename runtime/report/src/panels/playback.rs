@@ -20,6 +20,7 @@ pub const PANEL: Panel = Panel {
         include_str!("../script/player/tracks.js"),
         include_str!("../script/player/scene.js"),
         include_str!("../script/player/lanes.js"),
+        include_str!("../script/player/files.js"),
         include_str!("../script/player/player.js")
     )),
     fills: true,
@@ -200,7 +201,14 @@ fn frame(view: &View, protocol: &str, world: &World, episode: usize) -> [f64; 4]
         return [-1.0, 1.0, -1.0, 1.0];
     }
     let hand_m = world.groups.iter().filter_map(|group| hand(&group.body)).fold(0.0, f64::max);
-    let margin = (0.04 * (x1 - x0).max(y1 - y0).max(0.1)).max(world.safety_m) + hand_m;
+    let reach = |corner: &(f64, f64)| libm::hypot(corner.0, corner.1);
+    let outline_m = world.groups.iter().filter_map(|group| group.solid.as_ref()).map(|solid| match solid {
+        Solid::Disc { radius_m } => *radius_m,
+        Solid::Segment { to_m } => reach(to_m),
+        Solid::Polygon { corners_m } => corners_m.iter().map(reach).fold(0.0, f64::max),
+    });
+    let body_m = outline_m.fold(hand_m, f64::max);
+    let margin = (0.04 * (x1 - x0).max(y1 - y0).max(0.1)).max(world.safety_m) + body_m;
     [x0 - margin, x1 + margin, y0 - margin, y1 + margin]
 }
 

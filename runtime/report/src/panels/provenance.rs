@@ -35,12 +35,16 @@ fn content(view: &View) -> Option<Content> {
     let version = format!("{}, numerics version {}", summary.version, summary.numerics_version);
     let Provenance { command, cpu, threads, duration } = &input.provenance;
     // The last of each tells code from prose.
+    let (first, count) = (input.plan.first_seed, input.plan.seeds);
+    let seeds =
+        if count == 1 { first.to_string() } else { format!("{first} to {}", first + count.max(1) - 1) };
     let facts = [
         ("Scenario", scenario, true),
         ("Command", command, true),
         ("Meaning hash", &summary.meaning_hash, true),
         ("Study hash", &summary.study_hash, true),
         ("mpgx", &version, false),
+        ("Seeds", &seeds, false),
         ("Processor", cpu, false),
         ("Threads", threads, false),
         ("Duration", duration, false),

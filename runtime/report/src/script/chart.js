@@ -48,7 +48,6 @@ mpgx.chart = (figure, first, group = []) => {
   reset.textContent = 'all';
   reset.setAttribute('aria-label', 'Show all');
   reset.hidden = true;
-  plot.classList.add('alive');
   plot.append(box, tip, reset);
 
   const shown = (value) => mpgx.number(value * chart.view.factor);
@@ -89,6 +88,7 @@ mpgx.chart = (figure, first, group = []) => {
 
   const build = () => {
     const { view } = chart;
+    plot.classList.add('alive');
     const look = mpgx.look(''), keep = (axis, label) => (_, splits) => (ticks[axis] = splits.map((value) => ({ value, label: label(value) }))).map((tick) => tick.label);
     columns = lines().flatMap(pieces);
     const tables = lines().map((line) => [line.x || view.x, ...pieces(line).map(({ values }) => values)]);
@@ -115,7 +115,7 @@ mpgx.chart = (figure, first, group = []) => {
     u = new uPlot({
       width: Math.max(120, plot.clientWidth), height: still.height.baseVal.value + 34, padding: [8, 12, 0, 0],
       legend: { show: false }, bands,
-      cursor: { y: false, points: { size: 6 }, drag: { x: true, y: false, setScale: false }, sync: { key: group.key || figure.id, setSeries: false } },
+      cursor: { y: false, points: { size: 6 }, drag: { x: true, y: false, setScale: false }, sync: { key: group.key || `alone-${figure.dataset.chart}`, setSeries: false } },
       scales: {
         x: { time: false, range: () => chart.zoom || chart.extent() },
         y: { distr: view.log ? 3 : 1, range: (_, lo, hi) => range(lo, hi) },

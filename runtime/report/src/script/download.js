@@ -5,6 +5,10 @@
   const { scenario, summary } = read('data');
 
   const files = {
+    'page.json': () => {
+      const all = [...document.querySelectorAll('script[type="application/json"]')];
+      return JSON.stringify(Object.fromEntries(all.map((node) => [node.id.slice(5), JSON.parse(node.textContent)])));
+    },
     'summary.json': () => JSON.stringify(summary, null, 2),
     'seeds.csv': () => {
       const rows = [['protocol', 'method', 'metric', 'seed', 'value']];

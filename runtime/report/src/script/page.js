@@ -14,6 +14,10 @@ const mpgx = {};
     changed();
   });
   dark.addEventListener('change', changed);
+  // Paper is white; what is drawn on canvases must know before.
+  let before;
+  addEventListener('beforeprint', () => { before = root.dataset.theme; root.dataset.theme = 'light'; changed(); });
+  addEventListener('afterprint', () => { if (before) root.dataset.theme = before; else delete root.dataset.theme; changed(); });
   for (const button of document.querySelectorAll('[data-copy]')) {
     button.addEventListener('click', async () => {
       try { await navigator.clipboard.writeText(button.dataset.copy); button.textContent = 'copied'; }

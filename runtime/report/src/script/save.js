@@ -137,8 +137,8 @@
   const name = document.title.replace(/ · mpgx$/, '').replace(/[^\w.-]+/g, '-');
   for (const figure of document.querySelectorAll('figure[data-name]')) {
     const chart = mpgx.charts?.get(figure), part = figure.closest('[data-part]')?.dataset.part;
-    const words = [name, figure.closest('section').id, part, figure.dataset.name].filter(Boolean);
-    const file = words.map((word) => word.replace(/[^\w.-]+/g, '-')).join('-');
+    const parts = [name, figure.closest('section').id, part, figure.dataset.name].filter(Boolean);
+    const file = parts.map((word) => word.replace(/[^\w.-]+/g, '-')).join('-');
     const kinds = {
       SVG: () => mpgx.save(`${file}.svg`, drawing(figure).text, 'image/svg+xml'),
       PNG: async () => mpgx.save(`${file}.png`, await png(drawing(figure))),

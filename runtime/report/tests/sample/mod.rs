@@ -97,10 +97,15 @@ pub fn learners(labels: &[&str], seeds: u32, protocols: &[&str]) -> Sample {
     Sample::new(plan, records)
 }
 
+/// A scenario without any record.
+pub fn untrained(source: &str) -> Sample {
+    let plan = mpgx_lang::compile("o.scn", source.to_string(), &[], &NoFiles).plan.unwrap();
+    Sample::new(plan, BTreeMap::new())
+}
+
 /// A controller's study of a world with obstacles that nothing moves in.
 pub fn obstacles() -> Sample {
-    let source = include_str!("../../../../scenarios/regulation_obstacles.scn");
-    let mut plan = mpgx_lang::compile("o.scn", source.to_string(), &[], &NoFiles).plan.unwrap();
+    let mut plan = untrained(include_str!("../../../../scenarios/regulation_obstacles.scn")).plan;
     plan.protocols.truncate(1);
     let world = &plan.world;
     let (steps, agents) = (3, world.agents());

@@ -170,6 +170,12 @@
   }
   choice('speed').addEventListener('change', remember);
   part('[data-do=play]').addEventListener('click', toggle);
+  const file = () => [document.title.replace(/ · mpgx$/, ''), 'playback', stages[state.stage].name, state.episode + 1, state.seed].join('-').replace(/[^\w.-]+/g, '-');
+  part('[data-do=rows]').addEventListener('click', () => mpgx.save(`${file()}.csv`, mpgx.csv(mpgx.rows(world, stages[state.stage], shows, methods.map(({ label }) => label))), 'text/csv'));
+  part('[data-do=picture]').addEventListener('click', async () => {
+    pause();
+    mpgx.save(`${file()}-${Math.round(state.at)}.png`, await mpgx.pictures(shows, ink.raised));
+  });
   slider.addEventListener('input', () => { pause(); seek(Number(slider.value)); });
   slider.addEventListener('change', remember);
   root.addEventListener('keydown', (event) => {
