@@ -247,7 +247,7 @@ fn settings_tell_where_they_come_from() {
         html.split_once(&start).unwrap().1.split_once("</tr>").unwrap().0.to_string()
     };
     assert!(row("steps").contains(&format!("href=\"#src-0-{line}\">line {line}</a>")), "{}", row("steps"));
-    assert!(row("gamma").contains(">tuned</span>"), "{}", row("gamma"));
+    assert!(row("rate_end").contains(">tuned</span>"), "{}", row("rate_end"));
     assert!(row("activation").contains(">default</span>"), "{}", row("activation"));
     let mut changed = full();
     changed.source[0].1 = changed.source[0].1.replace("steps = 20000", "steps = 30000");
