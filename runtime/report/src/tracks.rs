@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use mpgx_lang::plan::World;
+use mpgx_lang::plan::{Constraint, Formation, World};
 use mpgx_study::record::Trajectory;
 use serde::Serialize;
 
@@ -87,8 +87,10 @@ impl Pool {
     pub fn track(&mut self, world: &World, trajectory: &Trajectory) -> Option<Track> {
         let agents = world.agents();
         let learned = world.learned();
-        let slots: usize =
-            world.formations.iter().filter_map(|f| world.groups.get(f.group)).map(|group| group.size).sum();
+        let slots: usize = formations_of_places(world)
+            .filter_map(|f| world.groups.get(f.group))
+            .map(|group| group.size)
+            .sum();
         let steps = trajectory.error_m.len();
         let fits = agents > 0
             && steps > 0
@@ -157,8 +159,15 @@ fn quantise(values: &[f32], bytes: usize) -> Block {
     Block { lo: lo.to_string(), hi: hi.to_string(), bytes, data: STANDARD.encode(data) }
 }
 
+/// Those whose members have slots; in the others neighbours keep distances.
+pub fn formations_of_places(world: &World) -> impl Iterator<Item = &Formation> {
+    world.formations.iter().filter(|it| matches!(it.constraint, Constraint::Displacements { .. }))
+}
+
 #[cfg(test)]
 mod tests {
+    use mpgx_lang::plan::{Graph, Place};
+
     use super::*;
 
     fn read(block: &Block) -> Vec<f64> {
@@ -193,5 +202,29 @@ mod tests {
         assert_eq!(pool.add(&[1.0, 3.0], 2), 1);
         assert_eq!(pool.add(&[1.0, 2.0], 2), 0);
         assert_eq!(pool.blocks.len(), 2);
+    }
+
+    /// One step of two robots that keep a distance: nobody has a slot.
+    #[test]
+    fn robots_that_keep_distances_are_played_too() {
+        let formation = Formation {
+            name: "T".into(),
+            shape: "mutual".into(),
+            group: 0,
+            about: None,
+            constraint: Constraint::Distances(Vec::new()),
+            graph: Graph::Complete,
+            at: Place::default(),
+        };
+        let group = mpgx_lang::plan::Group { size: 2, ..Default::default() };
+        let world = World { groups: vec![group], formations: vec![formation], ..World::default() };
+        let trajectory = Trajectory {
+            agents: vec![[0.0; 3]; 4],
+            error_m: vec![0.1],
+            collisions: vec![0],
+            ..Trajectory::default()
+        };
+        let track = Pool::default().track(&world, &trajectory);
+        assert!(track.is_some());
     }
 }

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::{Content, Panel};
 use crate::text::plural;
-use crate::tracks::{Pool, Track};
+use crate::tracks::{Pool, Track, formations_of_places};
 use crate::view::View;
 
 pub const PANEL: Panel = Panel {
@@ -151,7 +151,7 @@ fn stage<'v>(view: &'v View, name: &'v str, world: &'v World) -> Stage<'v> {
         };
         (0..group.size).map(agent)
     });
-    let slots = world.formations.iter().flat_map(|formation| {
+    let slots = formations_of_places(world).flat_map(|formation| {
         let size = world.groups.get(formation.group).map_or(0, |group| group.size);
         let about = formation.about.into_iter();
         about.flat_map(move |about| {
