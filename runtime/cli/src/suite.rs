@@ -77,8 +77,11 @@ pub fn write_report(found: &Found, members: &[Member], folder: &Path) -> Result<
     Ok(folder.join("report.html"))
 }
 
+/// Studies of a suite that are finished.
+type Finished = Vec<(Part, Summary)>;
+
 /// A suite and its finished studies as they lie in a folder of results; `None` if it is no suite's.
-pub fn load(results: &Path) -> Result<Option<(Found, Vec<(Part, Summary)>)>, Failure> {
+pub fn load(results: &Path) -> Result<Option<(Found, Finished)>, Failure> {
     let file = results.join(FILE);
     if !file.is_file() {
         return Ok(None);
