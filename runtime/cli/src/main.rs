@@ -76,6 +76,8 @@ enum Verb {
     Bench(verbs::bench::Args),
     /// Draw the scene, its formations and the landscape of the reward, before any training
     View(verbs::view::Args),
+    /// Tell where a camera is from what it sees: render, train, eval, predict
+    Vision(verbs::vision::Args),
     /// Print completions for a shell
     Completions { shell: Shell },
 }
@@ -137,6 +139,7 @@ fn run(verb: Verb) -> Result<Exit, Failure> {
         Verb::Export(args) => verbs::export::run(args),
         Verb::Bench(args) => verbs::bench::run(args),
         Verb::View(args) => verbs::view::run(args),
+        Verb::Vision(args) => verbs::vision::run(args),
         Verb::Completions { shell } => {
             clap_complete::generate(shell, &mut Cli::command(), "mpgx", &mut std::io::stdout());
             Ok(Exit::Done)

@@ -13,6 +13,8 @@ mod grain;
 mod image;
 mod light;
 pub mod measure;
+#[cfg(feature = "vision")]
+pub mod network;
 mod people;
 mod pose;
 mod props;
@@ -21,6 +23,7 @@ mod solid;
 mod texture;
 mod trajectory;
 mod trial;
+mod trials;
 mod world;
 
 pub use augment::{AugmentConfig, augment, augment_light};
@@ -31,4 +34,5 @@ pub use light::TimeOfDay;
 pub use pose::{Pose, PoseQ, Quaternion};
 pub use trajectory::{Path, TrajectoryConfig, TrajectoryKind};
 pub use trial::{Trial, TrialConfig};
+pub use trials::{Split, TrialsConfig};
 pub use world::{ConfigError, LandmarkConfig, LandmarkKind, Scene, TrialKey, WorldConfig};

@@ -13,3 +13,4 @@ pub mod report;
 pub mod run;
 pub mod test;
 pub mod view;
+pub mod vision;

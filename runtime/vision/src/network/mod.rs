@@ -1,0 +1,27 @@
+//! Residual networks that tell a camera's pose from an image, on burn.
+
+mod adam;
+mod architecture;
+mod error;
+mod eval;
+mod feed;
+mod images;
+mod localise;
+mod loss;
+mod pose_head;
+mod resnet;
+#[cfg(test)]
+mod tests;
+mod tensors;
+mod train;
+mod weights;
+
+pub use architecture::{ResNetConfig, Stem};
+pub use error::NetworkError;
+pub use eval::{Answer, Evaluation, answers, evaluate};
+pub use images::{ImageSet, Source, SourceRecord};
+pub use localise::Localiser;
+pub use loss::Weighting;
+pub use pose_head::{Estimate, Orientation, Part, PoseHead};
+pub use train::{Progress, TrainConfig, train};
+pub use weights::{NetworkRecord, Weights};
