@@ -108,7 +108,10 @@ pub(crate) fn planes(light: &[f32]) -> Vec<f32> {
     let mean = light.iter().sum::<f32>() / count;
     let variance = light.iter().map(|value| (value - mean) * (value - mean)).sum::<f32>() / count;
     let scale = 1.0 / variance.sqrt().max(1e-3);
-    (0..3).flat_map(|channel| light.iter().skip(channel).step_by(3)).map(|value| (value - mean) * scale).collect()
+    (0..3)
+        .flat_map(|channel| light.iter().skip(channel).step_by(3))
+        .map(|value| (value - mean) * scale)
+        .collect()
 }
 
 #[cfg(test)]

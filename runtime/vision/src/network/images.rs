@@ -135,9 +135,7 @@ impl Source {
 
     pub(crate) fn record(&self) -> SourceRecord {
         match self {
-            Source::Recorded(set) => {
-                SourceRecord::Recorded { images: set.poses().len(), hash: set.hash() }
-            }
+            Source::Recorded(set) => SourceRecord::Recorded { images: set.poses().len(), hash: set.hash() },
             Source::Rendered(config) => SourceRecord::Rendered(Box::new(config.clone())),
         }
     }
@@ -174,7 +172,8 @@ mod tests {
     #[test]
     fn every_epoch_renders_its_own_trials() {
         let camera = CameraConfig { width_px: 16, height_px: 16, samples: 1, ..CameraConfig::default() };
-        let config = TrialsConfig { camera, duration_s: 2.0, images: 3, trials: 2, ..TrialsConfig::default() };
+        let config =
+            TrialsConfig { camera, duration_s: 2.0, images: 3, trials: 2, ..TrialsConfig::default() };
         let source = Source::Rendered(config.clone());
         let (first, second) = (source.epoch(0).unwrap(), source.epoch(1).unwrap());
         assert_eq!((first.poses().len(), first.rgb(5).len(), first.rgb(6).len()), (6, 768, 0));

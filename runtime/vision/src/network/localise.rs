@@ -38,9 +38,9 @@ impl Localiser {
     pub fn estimate(&self, images: &[Image]) -> Result<Vec<Estimate>, NetworkError> {
         let mut estimates = Vec::with_capacity(images.len());
         for images in images.chunks(BATCH) {
-            let planes = images.iter().flat_map(|image| {
-                planes(&light(&fitted(image, self.width_px, self.height_px).rgb))
-            });
+            let planes = images
+                .iter()
+                .flat_map(|image| planes(&light(&fitted(image, self.width_px, self.height_px).rgb)));
             let shape = [images.len(), 3, self.height_px, self.width_px];
             let pixels = TensorData::new(planes.collect::<Vec<f32>>(), shape);
             let outputs = numbers(self.model.forward(Tensor::from_data(pixels, &device())));

@@ -26,9 +26,9 @@ impl Weighting {
     pub(crate) fn weights(&self, log_variances: &[f32]) -> [f64; 3] {
         match *self {
             Weighting::Fixed { position, orientation, landmarks } => [position, orientation, landmarks],
-            Weighting::Learnt => std::array::from_fn(|part| {
-                libm::exp(-log_variances.get(part).map_or(0.0, |&s| f64::from(s)))
-            }),
+            Weighting::Learnt => {
+                std::array::from_fn(|part| libm::exp(-log_variances.get(part).map_or(0.0, |&s| f64::from(s))))
+            }
         }
     }
 

@@ -10,9 +10,9 @@ mod localise;
 mod loss;
 mod pose_head;
 mod resnet;
+mod tensors;
 #[cfg(test)]
 mod tests;
-mod tensors;
 mod train;
 mod weights;
 

@@ -170,7 +170,11 @@ mod tests {
         let camera = CameraConfig { tilt_rad: 0.3, ..CameraConfig::default() };
         let pose = |i: i32| {
             let turn = f64::from(i);
-            camera.pose(Pose { x_m: libm::sin(turn), y_m: 2.0 * libm::cos(1.3 * turn), heading_rad: 0.7 * turn })
+            camera.pose(Pose {
+                x_m: libm::sin(turn),
+                y_m: 2.0 * libm::cos(1.3 * turn),
+                heading_rad: 0.7 * turn,
+            })
         };
         (0..40).map(pose).collect()
     }
@@ -183,7 +187,9 @@ mod tests {
             for pose in poses() {
                 let outputs = head.encode(&pose);
                 assert_eq!(outputs.len(), head.outputs());
-                assert!(outputs[..head.columns(Part::Landmarks).start].iter().all(|value| value.abs() <= 1.0));
+                assert!(
+                    outputs[..head.columns(Part::Landmarks).start].iter().all(|value| value.abs() <= 1.0)
+                );
                 let Estimate { pose: found, landmarks_m } = head.decode(&outputs);
                 assert!(found.quaternion.angle_rad(pose.quaternion) < 1e-6, "{orientation:?}");
                 for axis in 0..3 {
@@ -200,7 +206,8 @@ mod tests {
     fn outputs_are_between_minus_one_and_one() {
         let camera = CameraConfig::default();
         let at = |x_m: f64, y_m: f64, heading_rad: f64| camera.pose(Pose { x_m, y_m, heading_rad });
-        let head = PoseHead::of(&[at(-1.0, 0.0, 0.0), at(3.0, 3.0, 1.0)], &[[0.0, 5.5]], Orientation::Heading);
+        let head =
+            PoseHead::of(&[at(-1.0, 0.0, 0.0), at(3.0, 3.0, 1.0)], &[[0.0, 5.5]], Orientation::Heading);
         let outputs = head.unwrap().encode(&at(0.0, 3.0, std::f64::consts::FRAC_PI_2));
         for (found, wanted) in outputs.iter().zip([-0.5, 1.0, 1.0, 0.0, 0.0]) {
             assert!((found - wanted).abs() < 1e-6, "{outputs:?}");

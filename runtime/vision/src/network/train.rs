@@ -110,15 +110,12 @@ pub fn train(
     };
     let epoch_steps = (first / config.batch) as u64;
     let no_images = NetworkError::NoImages { what: "fill a batch" };
-    let (true, Some(head)) = (epoch_steps > 0, source.head(config.orientation)) else { return Err(no_images) };
-
-    let record = NetworkRecord {
-        format: FORMAT,
-        training: config.clone(),
-        head,
-        source: source.record(),
-        step: 0,
+    let (true, Some(head)) = (epoch_steps > 0, source.head(config.orientation)) else {
+        return Err(no_images);
     };
+
+    let record =
+        NetworkRecord { format: FORMAT, training: config.clone(), head, source: source.record(), step: 0 };
     let mut weights = if path.exists() { resumed(path, &record)? } else { fresh(record) };
     let (head, start) = (weights.record.head.clone(), weights.record.step);
     if start >= config.steps {
@@ -156,8 +153,7 @@ pub fn train(
 fn fresh(record: NetworkRecord) -> Weights {
     let layout = record.training.network.layout(record.head.outputs());
     let seed = record.training.seed;
-    let values: Values =
-        layout.iter().enumerate().map(|(number, slot)| slot.initial(number, seed)).collect();
+    let values: Values = layout.iter().enumerate().map(|(number, slot)| slot.initial(number, seed)).collect();
     let trained = layout.iter().map(|slot| if slot.trained() { slot.count() } else { 0 });
     let adam = Some(Adam::new(trained.chain([3])));
     Weights { record, values, log_variances: vec![0.0; 3], adam }

@@ -36,8 +36,7 @@ pub struct Args {
 
 pub fn run(args: Args) -> Result<Exit, Failure> {
     let config = trials(args.size, args.seconds, args.seed);
-    let (name, split) =
-        if args.held_out { ("held-out", Split::HeldOut) } else { ("trial", Split::Training) };
+    let (name, split) = if args.held_out { ("held-out", Split::HeldOut) } else { ("trial", Split::Training) };
     for number in args.first..args.first.saturating_add(args.trials) {
         let trial = config.trial(split, number)?;
         let folder = args.out.join(format!("{name}-{number:04}"));

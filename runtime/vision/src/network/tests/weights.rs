@@ -54,8 +54,7 @@ fn what_is_written_is_read() {
     assert!(weights.adam.is_some());
     let again = folder.path().join("again.safetensors");
     weights.write(&again).unwrap();
-    assert_eq!(std::fs::read(again).unwrap(), bytes);
-    assert_eq!(changed(&bytes, |_, _| ()), bytes);
+    assert!(std::fs::read(again).unwrap() == bytes);
     assert!(matches!(Weights::read(folder.path()), Err(NetworkError::Io { .. })));
     assert!(matches!(Weights::read(&folder.path().join("none")), Err(NetworkError::Io { .. })));
 }
@@ -115,7 +114,7 @@ fn records_that_say_impossible_things_are_refused() {
     assert!(with("/training/network/channels", json!(256)).contains("must be F32"));
     assert!(with("/training/network/width_px", json!(u64::MAX)).contains("16 to 512"));
     assert!(with("/training/batch", json!(-1)).contains("its metadata"));
-    assert!(with("/training/network/depth", json!(50)).contains("missing"));
+    assert!(with("/training/network/depth", json!(50)).contains("`layer1.0.conv1.weight` is F32"));
     for (pointer, value) in [
         ("/head/x_m", json!([1.0, 1.0])),
         ("/head/mount/quaternion/w", json!(7.0)),
