@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use clap::ValueEnum;
@@ -99,10 +99,7 @@ pub fn run(args: Args) -> Result<Exit, Failure> {
         Source::Recorded(Arc::new(ImageSet::read(&recordings(&args.recordings)?, args.size, args.size)?))
     };
 
-    let stop = Arc::new(AtomicBool::new(false));
-    let asked = stop.clone();
-    ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed))
-        .map_err(|error| Failure::new(Exit::Internal, error.to_string()))?;
+    let stop = crate::interrupt::flag()?;
     let mut display = Display::new(&config);
     let mut watch = |progress: &Progress| {
         display.show(progress);
