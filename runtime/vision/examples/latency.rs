@@ -41,7 +41,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             timed.push(start.elapsed());
         }
         let forward = 1e3 * median(timed.into_iter().skip(5));
-        println!("resnet{depth}: {forward:.1} ms an image, {trained:.1} images/s of training (batch {BATCH})");
+        println!(
+            "resnet{depth}: {forward:.1} ms an image, {trained:.1} images/s of training (batch {BATCH})"
+        );
     }
     std::fs::remove_dir_all(folder)?;
     Ok(())

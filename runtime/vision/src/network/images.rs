@@ -88,7 +88,7 @@ pub enum Source {
     /// The same in every epoch.
     Recorded(Arc<ImageSet>),
     /// New trials in every epoch.
-    Rendered(TrialsConfig),
+    Rendered(Box<TrialsConfig>),
 }
 
 /// What weights remember of the images that they were learnt from.
@@ -123,12 +123,17 @@ impl Source {
     pub(crate) fn head(&self, orientation: Orientation) -> Option<PoseHead> {
         match self {
             Source::Recorded(set) => PoseHead::of(set.poses(), &[], orientation),
-            Source::Rendered(TrialsConfig { world, camera, trajectory, .. }) => Some(PoseHead {
+            Source::Rendered(trials) => Some(PoseHead {
                 orientation,
-                x_m: [-trajectory.half_x_m, trajectory.half_x_m],
-                y_m: [-trajectory.half_y_m, trajectory.half_y_m],
-                mount: camera.pose(Pose::default()),
-                landmarks_m: world.landmarks.iter().map(|mark| [mark.pose.x_m, mark.pose.y_m]).collect(),
+                x_m: [-trials.trajectory.half_x_m, trials.trajectory.half_x_m],
+                y_m: [-trials.trajectory.half_y_m, trials.trajectory.half_y_m],
+                mount: trials.camera.pose(Pose::default()),
+                landmarks_m: trials
+                    .world
+                    .landmarks
+                    .iter()
+                    .map(|mark| [mark.pose.x_m, mark.pose.y_m])
+                    .collect(),
             }),
         }
     }
@@ -136,7 +141,7 @@ impl Source {
     pub(crate) fn record(&self) -> SourceRecord {
         match self {
             Source::Recorded(set) => SourceRecord::Recorded { images: set.poses().len(), hash: set.hash() },
-            Source::Rendered(config) => SourceRecord::Rendered(Box::new(config.clone())),
+            Source::Rendered(config) => SourceRecord::Rendered(config.clone()),
         }
     }
 }
@@ -174,7 +179,7 @@ mod tests {
         let camera = CameraConfig { width_px: 16, height_px: 16, samples: 1, ..CameraConfig::default() };
         let config =
             TrialsConfig { camera, duration_s: 2.0, images: 3, trials: 2, ..TrialsConfig::default() };
-        let source = Source::Rendered(config.clone());
+        let source = Source::Rendered(Box::new(config.clone()));
         let (first, second) = (source.epoch(0).unwrap(), source.epoch(1).unwrap());
         assert_eq!((first.poses().len(), first.rgb(5).len(), first.rgb(6).len()), (6, 768, 0));
         assert_ne!(first, second);

@@ -8,6 +8,7 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use clap::ValueEnum;
+use mpgx_vision::TrialsConfig;
 use mpgx_vision::network::{
     self, ImageSet, Orientation, Progress, ResNetConfig, Source, Stem, TrainConfig, Weighting,
 };
@@ -93,7 +94,7 @@ pub fn run(args: Args) -> Result<Exit, Failure> {
     let config = config(&args);
     let source = if args.recordings.is_empty() {
         let trials = trials(args.size, 60.0, 1);
-        Source::Rendered(mpgx_vision::TrialsConfig { trials: args.trials, images: args.images, ..trials })
+        Source::Rendered(Box::new(TrialsConfig { trials: args.trials, images: args.images, ..trials }))
     } else {
         config.check()?;
         Source::Recorded(Arc::new(ImageSet::read(&recordings(&args.recordings)?, args.size, args.size)?))

@@ -69,7 +69,7 @@ fn what_was_interrupted_ends_with_the_same_bits() {
 fn so_does_what_learns_from_new_trials() {
     let camera = CameraConfig { width_px: 16, height_px: 16, samples: 1, ..CameraConfig::default() };
     let trials = TrialsConfig { camera, duration_s: 5.0, images: 10, trials: 2, ..TrialsConfig::default() };
-    assert_resumes(&tiny(), &Source::Rendered(trials));
+    assert_resumes(&tiny(), &Source::Rendered(Box::new(trials)));
 }
 
 #[test]
