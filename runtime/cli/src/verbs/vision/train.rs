@@ -168,7 +168,7 @@ impl Display {
             *sum += loss;
         }
         self.count += 1;
-        if progress.step % self.every != 0 && progress.step != self.steps {
+        if !progress.step.is_multiple_of(self.every) && progress.step != self.steps {
             return;
         }
         let seconds = self.started.elapsed().as_secs_f64();
