@@ -117,10 +117,13 @@ async function check(browser, file) {
     if (calm) await keyboard(page, fault);
     for (const width of [1400, 800, 390]) {
       await page.setViewportSize({ width, height: 900 });
-      // Charts follow their place a frame later.
+      // Charts follow their place some frames later.
       const over = () => document.documentElement.scrollWidth - document.documentElement.clientWidth;
-      await page.waitForFunction(`(${over})() <= 0`, null, { timeout: 3000 }).catch(() => {});
-      const wide = await page.evaluate(over);
+      let wide = await page.evaluate(over);
+      for (let frame = 0; wide > 0 && frame < 60; frame += 1) {
+        await page.evaluate(() => new Promise((then) => { requestAnimationFrame(then); }));
+        wide = await page.evaluate(over);
+      }
       if (wide > 0) fault(`${wide} px wider than a screen of ${width}`);
       if (process.env.SHOTS) await page.screenshot({ path: `${process.env.SHOTS}/${name}-${colorScheme}-${width}.png`, fullPage: true });
     }

@@ -189,7 +189,10 @@ fn line<'a>(row: &'a Row, member: Option<&'a Member>, methods: &[&str]) -> Line<
         published: row.published.map(|value| format.at(value).plain(value)),
         ours: methods.iter().map(cell).collect(),
         over_published: ours.zip(row.published).map(|(ours, theirs)| ratio(ours / theirs)),
-        over_oracle: first.and_then(|first| statistic(first, "error_over_oracle")).map(|it| ratio(it.iqm)),
+        over_oracle: first
+            .filter(|_| row.metric == "error_m")
+            .and_then(|first| statistic(first, "error_over_oracle"))
+            .map(|it| ratio(it.iqm)),
         unit: format.unit,
         metric: metric(&row.metric),
         note: &row.note,
