@@ -264,6 +264,8 @@ fn bad_input_ends_with_2_and_says_what_to_do() {
     with(&["run", "small.scn", "--variant", "wide"], "no variant `wide`");
     with(&["run", "small.scn", "--max-memory", "1MB"], "more than 1.0 MB");
     with(&["run", "small.scn", "--max-memory", "lots"], "500MB");
+    with(&["vision", "render", "out", "--trials", "0"], "--trials");
+    with(&["vision", "render", "out", "--size", "0"], "width of images is 0");
     fs::write(folder.path().join("bad.scn"), SCENARIO.replace("0.1 s", "0.1 m")).unwrap();
     with(&["run", "bad.scn"], "bad.scn:");
     fs::write(folder.path().join("bytes.scn"), [0x66, 0xff, 0x66]).unwrap();

@@ -15,7 +15,8 @@ Trials 0 to 8 have each lighting with each kind of trajectory once, and so on. T
 pub struct Args {
     /// Folder for a folder of each trial
     out: PathBuf,
-    #[arg(long, default_value_t = 9, value_name = "N")]
+    /// How many trials
+    #[arg(long, default_value_t = 9, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     trials: u32,
     /// Number of the first trial
     #[arg(long, default_value_t = 0, value_name = "N")]
