@@ -213,7 +213,6 @@ fn kill_nine_between_checkpoints_and_the_same_command_goes_on_to_the_same_hash()
 }
 
 /// Each signal of a batch system or a terminal: exit 75 with a checkpoint, and the same command goes on to the same hash.
-/// Seen to fail when the listener leaves a signal out.
 #[test]
 fn signals_checkpoint_and_the_same_command_goes_on_to_the_same_hash() {
     let long = || {
