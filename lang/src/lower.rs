@@ -217,6 +217,8 @@ impl<'a> Lower<'a> {
             observe: world.observe.iter().map(|o| self.observation(o)).collect::<Option<_>>()?,
             reward: world.reward.iter().map(|term| self.term(term)).collect::<Option<_>>()?,
             ends: world.ends.iter().map(|end| self.end(end)).collect::<Option<_>>()?,
+            scenery: None,
+            localised: Vec::new(),
         })
     }
 
@@ -256,6 +258,7 @@ impl<'a> Lower<'a> {
             speed_mps: self.constant(self.case.range(speed), speed.span)?,
             control,
             filter: group.filter.as_ref().map_or(Some(None), |filter| self.extern_(filter).map(Some))?,
+            camera: None,
             start,
             at: self.sources.place(group.span),
         })

@@ -3,9 +3,13 @@
 //! Plain data, SI numbers, no source text needed. It prints to RON and reads back to the same value.
 //! `runtime` runs Plans and nothing else; `lang` knows no algorithm, no body and no controller by name.
 
+mod sight;
+
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+
+pub use sight::{Landmark, Localised, Localiser, Scenery};
 
 /// Index into [`Plan::params`].
 pub type ParamId = usize;
@@ -52,6 +56,9 @@ pub struct Plan {
     pub variants: Vec<Variant>,
     /// What must hold of the scenario in situations that it spells out.
     pub tests: Vec<Test>,
+    /// How robots tell where they are, where they do not know it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub localisers: Vec<Localiser>,
 }
 
 /// Where something stands in the source: 1-based line and column. Not part of the meaning.
@@ -167,6 +174,12 @@ pub struct World {
     /// The reward is the sum of these.
     pub reward: Vec<Term>,
     pub ends: Vec<End>,
+    /// What cameras see. `None`: nothing, and no group has a camera.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scenery: Option<Scenery>,
+    /// Who does not know its pose; of held-out worlds only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub localised: Vec<Localised>,
 }
 
 /// One policy for each member of a group.
@@ -211,6 +224,9 @@ pub struct Group {
     /// What changes the commands of a learned group before its bodies get them, for safety, by name (`barrier`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub filter: Option<Extern>,
+    /// The camera on each member, by name (`pinhole`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera: Option<Extern>,
     /// Where a member starts; `Member` stands for the member. `None` only if the motion gives positions.
     pub start: Option<Expr>,
     pub at: Place,
