@@ -105,6 +105,19 @@ impl Body {
         self.kinematics != Kinematics::Point
     }
 
+    /// Distance of the position from the axle, m; 0 without one.
+    pub fn hand_m(&self) -> f64 {
+        match &self.kinematics {
+            Kinematics::Unicycle(unicycle) | Kinematics::Steered(unicycle) => unicycle.hand_m,
+            Kinematics::Point | Kinematics::Holonomic { .. } => 0.0,
+        }
+    }
+
+    /// Whether it needs its heading to go where it is commanded to, on the axes of the world.
+    pub fn turns_commands(&self) -> bool {
+        matches!(self.kinematics, Kinematics::Unicycle(_) | Kinematics::Holonomic { .. })
+    }
+
     /// Whether the position follows the command, whatever the heading.
     pub fn goes_anywhere(&self) -> bool {
         !matches!(self.kinematics, Kinematics::Unicycle(_) | Kinematics::Steered(_))

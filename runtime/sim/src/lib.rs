@@ -4,6 +4,7 @@
 //! Everything is a function of the Plan and the [`EpisodeKey`]: the same bits on every machine.
 
 mod batch;
+mod belief;
 mod body;
 mod control;
 mod episode;

@@ -149,11 +149,16 @@ impl Task {
     /// # Panics
     /// If `action` is not of length [`Task::action_len`], or if the episode is of another task.
     pub fn step(&self, episode: &mut Episode, action: &[f32], mode: Mode) -> Step {
+        self.ask(episode, action);
+        self.advance(episode, mode)
+    }
+
+    /// Turns an action into velocities asked for.
+    pub(crate) fn ask(&self, episode: &mut Episode, action: &[f32]) {
         assert_eq!(action.len(), self.action_len(), "length of the action");
         for (k, (&id, action)) in self.learned.iter().zip(action.chunks_exact(2)).enumerate() {
             episode.asked[k] = [action[0], action[1]].map(|u| self.agents[id].command(u));
         }
-        self.advance(episode, mode)
     }
 
     /// A step in which the learned agents do what is in `episode.asked`.
