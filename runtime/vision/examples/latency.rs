@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
 
-use mpgx_vision::network::{ImageSet, Localiser, ResNetConfig, Source, TrainConfig, train};
+use mpgx_vision::network::{ImageSet, Localiser, ResNetConfig, Source, TrainConfig, train_to};
 use mpgx_vision::{CameraConfig, Image, Pose};
 
 const BATCH: usize = 16;
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let config = TrainConfig { network, steps, batch: BATCH, ..TrainConfig::default() };
         let mut times = vec![Instant::now()];
         let weights =
-            train(&config, &source, &folder.join(format!("{depth}.safetensors")), steps, &mut |_| {
+            train_to(&config, &source, &folder.join(format!("{depth}.safetensors")), steps, &mut |_| {
                 times.push(Instant::now());
                 ControlFlow::Continue(())
             })?;

@@ -28,6 +28,20 @@ pub struct AugmentConfig {
     pub shift_px: f64,
 }
 
+impl AugmentConfig {
+    /// Nothing changes. For images that are rendered anew: a shift or a rectangle only hides what they show.
+    pub const NONE: AugmentConfig = AugmentConfig {
+        brightness: 0.0,
+        contrast: 0.0,
+        gamma: 0.0,
+        tint: 0.0,
+        blur_px: 0.0,
+        noise: 0.0,
+        cut_out: 0.0,
+        shift_px: 0.0,
+    };
+}
+
 impl Default for AugmentConfig {
     fn default() -> AugmentConfig {
         AugmentConfig {

@@ -43,7 +43,7 @@ impl Moving {
 pub struct Shot<'a> {
     /// The robot that carries the camera.
     pub camera: Moving,
-    /// The other robots; the first has the first colour.
+    /// The other robots; the first has the first colour. One that stands where the camera is does not hide its view.
     pub robots: &'a [Moving],
     /// Since the trial began, of the middle of the exposure: people walk by it.
     pub time_s: f64,
@@ -55,6 +55,8 @@ pub struct Shot<'a> {
 const NOTHING: u32 = u32::MAX;
 /// Nearest a camera comes to a wall, m.
 const MARGIN_M: f32 = 0.05;
+/// Of two robots nearer than this one would look from inside the other, m.
+const INSIDE_M: f64 = 0.25;
 
 impl Scene {
     /// What the camera sees. A camera outside the room looks from the nearest place in it.
@@ -84,6 +86,10 @@ impl Scene {
         solids.clear();
         for (robot, model) in shot.robots.iter().zip(self.robots.iter().cycle()) {
             let Pose { x_m, y_m, heading_rad } = robot.at(later_s);
+            let from = shot.camera.at(later_s);
+            if libm::hypot(x_m - from.x_m, y_m - from.y_m) < INSIDE_M {
+                continue;
+            }
             let (sin, cos) = libm::sincos(heading_rad);
             let turn = [cos as f32, sin as f32];
             solids.extend(model.iter().map(|solid| solid.placed([x_m as f32, y_m as f32], turn)));

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::dataset::Tags;
 use crate::pose::{PoseQ, Quaternion};
 
 /// The components of the paper's table; q1 to q4 are w, x, y and z.
@@ -29,6 +30,22 @@ pub struct Localisation {
     pub rotation: Cdf,
     /// The share of estimates within 5 cm and 5° at once.
     pub recall_5cm_5deg: f64,
+}
+
+/// A frame's true pose and what was told of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    pub tags: Tags,
+    pub truth: PoseQ,
+    pub estimate: PoseQ,
+}
+
+/// The paper's table, overall and for each lighting and kind of path.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Evaluation {
+    pub all: Localisation,
+    pub by_lighting: BTreeMap<String, Localisation>,
+    pub by_trajectory: BTreeMap<String, Localisation>,
 }
 
 /// Errors in rising order: their empirical distribution.
@@ -74,6 +91,23 @@ pub fn measure(pairs: &[(PoseQ, PoseQ)], ranges: &Ranges) -> Option<Localisation
         translation: Cdf::of(errors.iter().map(|&(_, away_m, _)| away_m)),
         rotation: Cdf::of(errors.iter().map(|&(.., angle_rad)| angle_rad)),
         recall_5cm_5deg: errors.iter().filter(close).count() as f64 / count,
+    })
+}
+
+/// The errors of answers, in percent of the ranges of all true poses among them; nothing for none, or if an estimate is
+/// not finite.
+pub fn evaluate(answers: &[Answer]) -> Option<Evaluation> {
+    let ranges = Ranges::of(answers.iter().map(|answer| &answer.truth))?;
+    let pairs: Vec<(PoseQ, PoseQ)> = answers.iter().map(|answer| (answer.truth, answer.estimate)).collect();
+    let grouped = |name: fn(&Tags) -> &String| {
+        let named = answers.iter().map(|answer| (name(&answer.tags).clone(), answer.truth, answer.estimate));
+        let groups = measure_groups(named, &ranges).into_iter();
+        groups.filter_map(|(name, found)| Some((name, found?))).collect()
+    };
+    Some(Evaluation {
+        all: measure(&pairs, &ranges)?,
+        by_lighting: grouped(|tags| &tags.lighting),
+        by_trajectory: grouped(|tags| &tags.trajectory),
     })
 }
 

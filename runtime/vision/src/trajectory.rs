@@ -37,7 +37,9 @@ impl TrajectoryKind {
 #[serde(default, deny_unknown_fields)]
 pub struct TrajectoryConfig {
     pub kind: TrajectoryKind,
-    /// The path stays within ± these.
+    /// Around which the path goes.
+    pub middle_m: [f64; 2],
+    /// The path stays within ± these of the middle.
     pub half_x_m: f64,
     pub half_y_m: f64,
     pub speed_mps: f64,
@@ -49,6 +51,7 @@ impl Default for TrajectoryConfig {
     fn default() -> TrajectoryConfig {
         TrajectoryConfig {
             kind: TrajectoryKind::Regular,
+            middle_m: [0.0; 2],
             half_x_m: 1.8,
             half_y_m: 1.6,
             speed_mps: 0.4,
@@ -68,10 +71,10 @@ pub struct Path {
 const PIECES: usize = 4096;
 
 impl Path {
-    /// The path of a trial: a pure function of its arguments.
-    pub fn new(config: &TrajectoryConfig, key: TrialKey) -> Result<Path, ConfigError> {
+    /// The path of robot `number` in a trial, 0 for the one with the camera: a pure function of its arguments.
+    pub fn new(config: &TrajectoryConfig, key: TrialKey, number: u64) -> Result<Path, ConfigError> {
         config.check()?;
-        let mut stream = key.stream(Purpose::Path, Part::Path, 0);
+        let mut stream = key.stream(Purpose::Path, Part::Path, number);
         let curve = match config.kind {
             TrajectoryKind::Regular => regular(&mut stream),
             TrajectoryKind::Random => random(&mut stream),
@@ -113,6 +116,9 @@ impl Path {
 
 impl TrajectoryConfig {
     fn check(&self) -> Result<(), ConfigError> {
+        for middle in self.middle_m {
+            within("the middle of the path", middle, (-20.0, 20.0), "-20 to 20 m")?;
+        }
         within("the path's half length along x", self.half_x_m, (0.1, 20.0), "0.1 to 20 m")?;
         within("the path's half length along y", self.half_y_m, (0.1, 20.0), "0.1 to 20 m")?;
         within("the speed along the path", self.speed_mps, (0.01, 10.0), "0.01 to 10 m/s")?;
@@ -187,7 +193,8 @@ fn fitted(places: Vec<[f64; 2]>, config: &TrajectoryConfig) -> Vec<[f64; 2]> {
         move |value: f64| half * (value - middle) / reach.max(1e-9)
     };
     let (x, y) = (axis(0, config.half_x_m), axis(1, config.half_y_m));
-    places.iter().map(|&[a, b]| [x(a), y(b)]).collect()
+    let [middle_x, middle_y] = config.middle_m;
+    places.iter().map(|&[a, b]| [middle_x + x(a), middle_y + y(b)]).collect()
 }
 
 /// When each place of a closed line is passed, heading along it, no faster and turning no faster than allowed.
@@ -225,7 +232,7 @@ mod tests {
             TrajectoryKind::ALL.into_iter().flat_map(|kind| (0..6).map(move |episode| (kind, episode)));
         cases.map(|(kind, episode)| {
             let config = TrajectoryConfig { kind, ..TrajectoryConfig::default() };
-            let path = Path::new(&config, TrialKey { episode, ..TrialKey::default() }).unwrap();
+            let path = Path::new(&config, TrialKey { episode, ..TrialKey::default() }, 0).unwrap();
             (config, path)
         })
     }

@@ -4,7 +4,7 @@ use mpgx_random::Purpose;
 use serde::{Deserialize, Serialize};
 
 use crate::camera::CameraConfig;
-use crate::cast::Shot;
+use crate::cast::{Moving, Shot};
 use crate::dataset::{Tags, Truth};
 use crate::image::Frame;
 use crate::light::TimeOfDay;
@@ -20,6 +20,8 @@ pub struct TrialConfig {
     pub duration_s: f64,
     pub images_hz: f64,
     pub truth_hz: f64,
+    /// Robots that drive about on paths of their own.
+    pub others: usize,
 }
 
 impl Default for TrialConfig {
@@ -30,6 +32,7 @@ impl Default for TrialConfig {
             duration_s: 30.0,
             images_hz: 30.0,
             truth_hz: 360.0,
+            others: 0,
         }
     }
 }
@@ -39,6 +42,8 @@ impl Default for TrialConfig {
 pub struct Trial {
     pub scene: Scene,
     pub path: Path,
+    /// Of the other robots.
+    pub others: Vec<Path>,
     pub truth: Truth,
     pub tags: Tags,
     /// How many frames it has.
@@ -64,7 +69,11 @@ impl Trial {
             (config.images_hz, 10_000.0),
             "at least that of images, at most 10 kHz",
         )?;
-        let path = Path::new(&config.trajectory, key)?;
+        within("the number of other robots", config.others as f64, (0.0, 1000.0), "at most 1000")?;
+        let path = Path::new(&config.trajectory, key, 0)?;
+        let others = 1..=config.others as u64;
+        let others =
+            others.map(|number| Path::new(&config.trajectory, key, number)).collect::<Result<_, _>>()?;
         let count = (config.duration_s * config.truth_hz) as usize + 1;
         let times = (0..count).map(|number| number as f64 / config.truth_hz);
         let truth = Truth::of(times.map(|time_s| (time_s, camera.pose(path.at(time_s).pose))).collect());
@@ -73,6 +82,7 @@ impl Trial {
         Ok(Trial {
             scene: Scene::new(world, camera, config.time_of_day, key)?,
             path,
+            others,
             truth,
             tags: Tags {
                 lighting: config.time_of_day.name().into(),
@@ -97,7 +107,8 @@ impl Trial {
     /// Frame `number`, rendered.
     pub fn frame(&self, number: usize) -> Frame {
         let time_s = self.time_s(number);
-        let shot = Shot { camera: self.path.at(time_s), robots: &[], time_s, number: number as u64 };
+        let robots: Vec<Moving> = self.others.iter().map(|path| path.at(time_s)).collect();
+        let shot = Shot { camera: self.path.at(time_s), robots: &robots, time_s, number: number as u64 };
         Frame { image: self.scene.render(&shot), pose: self.pose(number), time_s }
     }
 

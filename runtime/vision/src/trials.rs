@@ -21,6 +21,10 @@ pub struct TrialsConfig {
     pub images: usize,
     /// Trials of an epoch.
     pub trials: usize,
+    /// How often a network learns from an epoch's images before new ones are made.
+    pub passes: usize,
+    /// Other robots in each trial.
+    pub others: usize,
     pub master: u64,
 }
 
@@ -33,6 +37,8 @@ impl Default for TrialsConfig {
             duration_s: 60.0,
             images: 100,
             trials: 36,
+            passes: 2,
+            others: 0,
             master: 1,
         }
     }
@@ -49,6 +55,7 @@ impl TrialsConfig {
     pub fn check(&self) -> Result<(), ConfigError> {
         within("the images of a trial", self.images as f64, (1.0, 100_000.0), "1 to 100000")?;
         within("the trials of an epoch", self.trials as f64, (1.0, 100_000.0), "1 to 100000")?;
+        within("the passes over an epoch", self.passes as f64, (1.0, 1000.0), "1 to 1000")?;
         self.trial(Split::Training, 0).map(drop)
     }
 
@@ -60,6 +67,7 @@ impl TrialsConfig {
             time_of_day: TimeOfDay::ALL[at % 3],
             trajectory: TrajectoryConfig { kind: kinds[at / 3 % 3], ..self.trajectory.clone() },
             duration_s: self.duration_s,
+            others: self.others,
             ..TrialConfig::default()
         };
         let protocol = u16::from(split == Split::HeldOut);

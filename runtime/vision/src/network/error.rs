@@ -13,11 +13,11 @@ pub enum NetworkError {
     #[error("{}: {source}", path.display())]
     Io { path: PathBuf, source: io::Error },
 
-    #[error("{} holds no network: {why}", path.display())]
-    BadWeights { path: PathBuf, why: String },
+    #[error("{file} holds no network: {why}")]
+    BadWeights { file: String, why: String },
 
-    #[error("{} was made by another training: its {what} differs", path.display())]
-    OtherTraining { path: PathBuf, what: &'static str },
+    #[error("the network that was kept was made by another training: its {what} differs")]
+    OtherTraining { what: &'static str },
 
     #[error("training diverged in step {step}: the loss is {loss}")]
     Diverged { step: u64, loss: f64 },

@@ -1,29 +1,30 @@
-//! How good a network is on images that it has not seen: the paper's table, overall and for each lighting and kind of path.
-
-use std::collections::BTreeMap;
-
-use serde::Serialize;
+//! How good a network is on images that it has not seen, beside what does not learn.
 
 use super::error::NetworkError;
 use super::localise::Localiser;
+use super::pose_head::Estimate;
+use crate::baseline::{Retrieval, dead_reckoning};
 use crate::dataset::Tags;
 use crate::image::{Frame, Image};
-use crate::measure::{Localisation, Ranges, measure, measure_groups};
+use crate::measure::{Answer, Evaluation, evaluate};
 use crate::pose::PoseQ;
+use crate::trials::{Split, TrialsConfig};
 
-/// A frame's true pose and what a network, or something to compare it with, told of it.
+/// Trials whose images retrieval knows: three of each lighting and kind of path.
+const KNOWN_TRIALS: u32 = 27;
+/// Of their frames it knows every sixth.
+const KNOWN_EVERY: usize = 6;
+/// Dead reckoning is told its true pose this often, s.
+const TOLD_EVERY_S: f64 = 5.0;
+
+/// The errors on the same held-out trials.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Answer {
-    pub tags: Tags,
-    pub truth: PoseQ,
-    pub estimate: PoseQ,
-}
-
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Evaluation {
-    pub all: Localisation,
-    pub by_lighting: BTreeMap<String, Localisation>,
-    pub by_trajectory: BTreeMap<String, Localisation>,
+pub struct HeldOut {
+    pub network: Evaluation,
+    /// The pose of the most similar image known.
+    pub retrieval: Evaluation,
+    /// Going on at constant velocity from poses that are told every five seconds.
+    pub reckoning: Evaluation,
 }
 
 /// What a network tells of frames.
@@ -31,7 +32,7 @@ pub fn answers(localiser: &Localiser, tags: &Tags, frames: &[Frame]) -> Result<V
     let images: Vec<Image> = frames.iter().map(|frame| frame.image.clone()).collect();
     let estimates = localiser.estimate(&images)?;
     let pairs = frames.iter().zip(estimates);
-    let answer = |(frame, estimate): (&Frame, super::Estimate)| Answer {
+    let answer = |(frame, estimate): (&Frame, Estimate)| Answer {
         tags: tags.clone(),
         truth: frame.pose,
         estimate: estimate.pose,
@@ -39,19 +40,34 @@ pub fn answers(localiser: &Localiser, tags: &Tags, frames: &[Frame]) -> Result<V
     Ok(pairs.map(answer).collect())
 }
 
-/// The errors of answers, in percent of the ranges of all true poses among them.
-pub fn evaluate(answers: &[Answer]) -> Result<Evaluation, NetworkError> {
-    let ranges = Ranges::of(answers.iter().map(|answer| &answer.truth));
-    let ranges = ranges.ok_or(NetworkError::NoImages { what: "measure with" })?;
-    let pairs: Vec<(PoseQ, PoseQ)> = answers.iter().map(|answer| (answer.truth, answer.estimate)).collect();
-    let grouped = |name: fn(&Tags) -> &String| {
-        let named = answers.iter().map(|answer| (name(&answer.tags).clone(), answer.truth, answer.estimate));
-        let groups = measure_groups(named, &ranges).into_iter();
-        groups.filter_map(|(name, found)| Some((name, found?))).collect()
-    };
-    Ok(Evaluation {
-        all: measure(&pairs, &ranges).ok_or(NetworkError::NotFinite)?,
-        by_lighting: grouped(|tags| &tags.lighting),
-        by_trajectory: grouped(|tags| &tags.trajectory),
+/// Measures a network on `count` trials that it has not seen, `trials.images` images of each.
+pub fn held_out(localiser: &Localiser, trials: &TrialsConfig, count: u32) -> Result<HeldOut, NetworkError> {
+    let mut known = Retrieval::default();
+    for number in 0..KNOWN_TRIALS {
+        let trial = trials.trial(Split::Training, number)?;
+        for frame in (0..trial.frames).step_by(KNOWN_EVERY).map(|number| trial.frame(number)) {
+            known.add(&frame.image, frame.pose);
+        }
+    }
+    let (mut told, mut retrieved, mut reckoned) = (Vec::new(), Vec::new(), Vec::new());
+    for number in 0..count {
+        let trial = trials.trial(Split::HeldOut, number)?;
+        let frames: Vec<Frame> = trials.frames(&trial).map(|frame| trial.frame(frame)).collect();
+        told.extend(answers(localiser, &trial.tags, &frames)?);
+        let answer = |truth: PoseQ, estimate: PoseQ| Answer { tags: trial.tags.clone(), truth, estimate };
+        retrieved.extend(
+            frames.iter().filter_map(|frame| Some(answer(frame.pose, known.estimate(&frame.image)?))),
+        );
+        let course: Vec<(f64, PoseQ)> =
+            (0..trial.frames).map(|number| (trial.time_s(number), trial.pose(number))).collect();
+        let estimates = dead_reckoning(&course, TOLD_EVERY_S);
+        reckoned.extend(course.iter().zip(estimates).map(|(&(_, truth), estimate)| answer(truth, estimate)));
+    }
+    let measured =
+        |answers: &[Answer]| evaluate(answers).ok_or(NetworkError::NoImages { what: "measure with" });
+    Ok(HeldOut {
+        network: measured(&told)?,
+        retrieval: measured(&retrieved)?,
+        reckoning: measured(&reckoned)?,
     })
 }

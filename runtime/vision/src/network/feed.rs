@@ -11,7 +11,7 @@ use super::error::NetworkError;
 use super::images::{ImageSet, Source, shuffled};
 use super::pose_head::PoseHead;
 use super::train::TrainConfig;
-use crate::augment::augment_light;
+use crate::augment::{AugmentConfig, augment_light};
 
 /// What a step learns from.
 pub(crate) struct Batch {
@@ -25,23 +25,24 @@ pub(crate) struct Batch {
 type Made<T> = Result<T, NetworkError>;
 
 /// The batches of some steps: each is a function of its step. One thread renders the epoch after the one that another
-/// cuts into batches. Both end when the receiver is dropped.
+/// cuts into batches, `pass_steps` of them in each pass over its images. Both end when the receiver is dropped.
 pub(crate) fn batches<'scope, 'env>(
     scope: &'scope Scope<'scope, 'env>,
     config: &'env TrainConfig,
     head: &'env PoseHead,
     source: &'env Source,
     steps: Range<u64>,
-    epoch_steps: u64,
+    pass_steps: u64,
 ) -> Receiver<Made<Batch>> {
     let (send_set, sets) = sync_channel(0);
     let (send_batch, batches) = sync_channel(4);
+    let epoch_steps = pass_steps * source.passes();
     let epochs = steps.start / epoch_steps..steps.end.div_ceil(epoch_steps);
     scope.spawn(move || {
         // A failed send means that nobody learns any more.
         let _ = epochs.map(|epoch| source.epoch(epoch as u32)).try_for_each(|set| send_set.send(set));
     });
-    scope.spawn(move || cut(config, head, &sets, steps, epoch_steps, &send_batch));
+    scope.spawn(move || cut(config, head, &sets, steps, [pass_steps, epoch_steps], &send_batch));
     batches
 }
 
@@ -50,7 +51,7 @@ fn cut(
     head: &PoseHead,
     sets: &Receiver<Made<Arc<ImageSet>>>,
     steps: Range<u64>,
-    epoch_steps: u64,
+    [pass_steps, epoch_steps]: [u64; 2],
     batches: &SyncSender<Made<Batch>>,
 ) {
     let mut step = steps.start;
@@ -62,11 +63,14 @@ fn cut(
                 return;
             }
         };
-        let epoch = step / epoch_steps;
-        let order = shuffled(set.poses().len(), config.seed, epoch as u32);
-        let end = steps.end.min((epoch + 1) * epoch_steps);
+        let end = steps.end.min((step / epoch_steps + 1) * epoch_steps);
+        let mut order = Vec::new();
         while step < end {
-            let start = (step % epoch_steps) as usize * config.batch;
+            let (pass, first) = (step / pass_steps, step % pass_steps);
+            if order.is_empty() || first == 0 {
+                order = shuffled(set.poses().len(), config.seed, pass as u32);
+            }
+            let start = first as usize * config.batch;
             let chosen = order.get(start..start + config.batch).unwrap_or_default();
             if batches.send(Ok(batch(config, head, &set, chosen, step))).is_err() {
                 return;
@@ -90,7 +94,9 @@ fn batch(config: &TrainConfig, head: &PoseHead, set: &ImageSet, chosen: &[usize]
             step: step * config.batch as u64 + slot as u64,
         };
         let mut light = light(set.rgb(image));
-        augment_light(&mut light, width, height, &config.augment, address);
+        if config.augment != AugmentConfig::NONE {
+            augment_light(&mut light, width, height, &config.augment, address);
+        }
         batch.pixels.extend(planes(&light));
         batch.targets.extend(set.poses().get(image).map(|pose| head.encode(pose)).unwrap_or_default());
     }

@@ -119,14 +119,23 @@ impl Source {
         }
     }
 
-    /// What a network for these images tells; nothing without images.
-    pub(crate) fn head(&self, orientation: Orientation) -> Option<PoseHead> {
+    /// How often the images of an epoch are learnt from.
+    pub(crate) fn passes(&self) -> u64 {
         match self {
-            Source::Recorded(set) => PoseHead::of(set.poses(), &[], orientation),
+            Source::Recorded(_) => 1,
+            Source::Rendered(config) => config.passes as u64,
+        }
+    }
+
+    /// What a network for these images tells; nothing without images.
+    pub(crate) fn head(&self, orientation: Orientation, bins: usize) -> Option<PoseHead> {
+        match self {
+            Source::Recorded(set) => PoseHead::of(set.poses(), &[], orientation, bins),
             Source::Rendered(trials) => Some(PoseHead {
                 orientation,
-                x_m: [-trials.trajectory.half_x_m, trials.trajectory.half_x_m],
-                y_m: [-trials.trajectory.half_y_m, trials.trajectory.half_y_m],
+                bins,
+                x_m: around(trials.trajectory.middle_m[0], trials.trajectory.half_x_m),
+                y_m: around(trials.trajectory.middle_m[1], trials.trajectory.half_y_m),
                 mount: trials.camera.pose(Pose::default()),
                 landmarks_m: trials
                     .world
@@ -146,10 +155,14 @@ impl Source {
     }
 }
 
-/// The order of an epoch's images: every one once.
-pub(crate) fn shuffled(count: usize, seed: u64, epoch: u32) -> Vec<usize> {
+fn around(middle: f64, half: f64) -> [f64; 2] {
+    [middle - half, middle + half]
+}
+
+/// The order of a pass over images: every one once.
+pub(crate) fn shuffled(count: usize, seed: u64, pass: u32) -> Vec<usize> {
     let purpose = Purpose::Replay;
-    let address = Address { master: seed, purpose, protocol: 0, part: 0, seed: 0, episode: epoch, step: 0 };
+    let address = Address { master: seed, purpose, protocol: 0, part: 0, seed: 0, episode: pass, step: 0 };
     let mut stream = address.stream();
     let mut order: Vec<usize> = (0..count).collect();
     for last in (1..count).rev() {

@@ -28,8 +28,8 @@ impl Localiser {
     pub fn new(weights: &Weights) -> Localiser {
         let config = &weights.record.training.network;
         let head = weights.record.head.clone();
-        let layout = config.layout(head.outputs());
-        let model = ResNet::new(config, head.outputs(), &device());
+        let layout = config.layout(head.numbers());
+        let model = ResNet::new(config, head.numbers(), &device());
         let model = with_values(model, &layout, &weights.values, false).valid();
         Localiser { model, head, width_px: config.width_px, height_px: config.height_px }
     }
@@ -43,11 +43,11 @@ impl Localiser {
                 .flat_map(|image| planes(&light(&fitted(image, self.width_px, self.height_px).rgb)));
             let shape = [images.len(), 3, self.height_px, self.width_px];
             let pixels = TensorData::new(planes.collect::<Vec<f32>>(), shape);
-            let outputs = numbers(self.model.forward(Tensor::from_data(pixels, &device())));
-            if outputs.len() != images.len() * self.head.outputs() || !outputs.iter().all(|x| x.is_finite()) {
+            let told = numbers(self.model.forward(Tensor::from_data(pixels, &device())));
+            if told.len() != images.len() * self.head.numbers() || !told.iter().all(|x| x.is_finite()) {
                 return Err(NetworkError::NotFinite);
             }
-            estimates.extend(outputs.chunks(self.head.outputs()).map(|row| self.head.decode(row)));
+            estimates.extend(told.chunks(self.head.numbers()).map(|row| self.head.decode(row)));
         }
         Ok(estimates)
     }

@@ -3,6 +3,7 @@
 use burn::tensor::Tensor;
 use serde::{Deserialize, Serialize};
 
+use super::bins::{cross_entropy, means};
 use super::pose_head::{Part, PoseHead};
 
 /// How the losses of position, orientation and landmarks become one.
@@ -45,18 +46,32 @@ impl Weighting {
     }
 }
 
-/// The mean absolute error of each part, each `[1]`, for outputs and targets `[batch, outputs]`; nothing for a part
-/// without outputs.
-pub(crate) fn losses(outputs: &Tensor<2>, targets: &Tensor<2>, head: &PoseHead) -> [Option<Tensor<1>>; 3] {
-    let error = (outputs.clone() - targets.clone()).abs();
-    Part::ALL.map(|part| {
-        let columns = head.columns(part);
-        (!columns.is_empty()).then(|| error.clone().slice_dim(1, columns).mean())
-    })
+/// Of each part, `[1]`; nothing for a part without outputs.
+pub(crate) type Parts = [Option<Tensor<1>>; 3];
+
+/// What the cross entropy of distributions counts beside the error of their means.
+const CROSS_ENTROPY: f64 = 0.6;
+
+/// The mean absolute error of each part, and what is learnt from it, for what a network tells, `[batch, head.numbers()]`, and
+/// targets `[batch, head.outputs()]`.
+pub(crate) fn losses(told: &Tensor<2>, targets: &Tensor<2>, head: &PoseHead) -> (Parts, Parts) {
+    let each = |values: &Tensor<2>| {
+        Part::ALL.map(|part| {
+            let columns = head.columns(part);
+            (!columns.is_empty()).then(|| values.clone().slice_dim(1, columns).mean())
+        })
+    };
+    if head.bins == 1 {
+        let errors = each(&(told.clone() - targets.clone()).abs());
+        return (errors.clone(), errors);
+    }
+    let errors = (means(told.clone(), head.bins) - targets.clone()).abs();
+    let entropy = cross_entropy(told.clone(), targets.clone(), head.bins);
+    (each(&errors), each(&(errors.clone() + entropy.mul_scalar(CROSS_ENTROPY))))
 }
 
 /// The weighted sum of losses, `[1]`.
-pub(crate) fn total(losses: &[Option<Tensor<1>>; 3], weights: [f64; 3]) -> Option<Tensor<1>> {
+pub(crate) fn total(losses: &Parts, weights: [f64; 3]) -> Option<Tensor<1>> {
     let weighted = losses.iter().zip(weights).filter_map(|(loss, weight)| {
         let loss = loss.clone()?;
         Some(loss.mul_scalar(weight))

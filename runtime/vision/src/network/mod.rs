@@ -2,6 +2,7 @@
 
 mod adam;
 mod architecture;
+mod bins;
 mod error;
 mod eval;
 mod feed;
@@ -18,10 +19,10 @@ mod weights;
 
 pub use architecture::{ResNetConfig, Stem};
 pub use error::NetworkError;
-pub use eval::{Answer, Evaluation, answers, evaluate};
+pub use eval::{HeldOut, answers, held_out};
 pub use images::{ImageSet, Source, SourceRecord};
 pub use localise::Localiser;
 pub use loss::Weighting;
 pub use pose_head::{Estimate, Orientation, Part, PoseHead};
-pub use train::{Progress, TrainConfig, train};
+pub use train::{Course, Progress, TrainConfig, train, train_to};
 pub use weights::{NetworkRecord, Weights};

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::bins::means_of;
 use crate::pose::{PoseQ, Quaternion};
 
 /// How an orientation is written as numbers.
@@ -27,10 +28,15 @@ impl Part {
     pub const ALL: [Part; 3] = [Part::Position, Part::Orientation, Part::Landmarks];
 }
 
+/// How many bins there may be.
+pub(crate) const BINS: std::ops::RangeInclusive<usize> = 1..=256;
+
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PoseHead {
     pub orientation: Orientation,
+    /// Of the distribution that tells an output; 1 for none: the network then tells the output itself, as in the paper.
+    pub bins: usize,
     /// What −1 and 1 stand for.
     pub x_m: [f64; 2],
     pub y_m: [f64; 2],
@@ -51,7 +57,12 @@ pub struct Estimate {
 
 impl PoseHead {
     /// For poses like these; nothing for none.
-    pub fn of(poses: &[PoseQ], landmarks_m: &[[f64; 2]], orientation: Orientation) -> Option<PoseHead> {
+    pub fn of(
+        poses: &[PoseQ],
+        landmarks_m: &[[f64; 2]],
+        orientation: Orientation,
+        bins: usize,
+    ) -> Option<PoseHead> {
         let first = poses.first()?;
         let range = |axis: usize| {
             let values = poses.iter().map(|pose| pose.position_m[axis]);
@@ -64,6 +75,7 @@ impl PoseHead {
         let back = about_z(-first.planar().heading_rad);
         Some(PoseHead {
             orientation,
+            bins,
             x_m: range(0),
             y_m: range(1),
             mount: PoseQ {
@@ -74,7 +86,12 @@ impl PoseHead {
         })
     }
 
-    /// How many numbers a network tells.
+    /// How many numbers a network tells for them.
+    pub fn numbers(&self) -> usize {
+        self.outputs() * self.bins
+    }
+
+    /// How many outputs there are.
     pub fn outputs(&self) -> usize {
         self.columns(Part::Landmarks).end
     }
@@ -112,8 +129,9 @@ impl PoseHead {
         outputs.into_iter().map(|value| value as f32).collect()
     }
 
-    /// What a network's outputs say; missing ones count as 0.
-    pub fn decode(&self, outputs: &[f32]) -> Estimate {
+    /// What a network's numbers say; missing ones count as 0.
+    pub fn decode(&self, numbers: &[f32]) -> Estimate {
+        let outputs = if self.bins == 1 { numbers.to_vec() } else { means_of(numbers, self.bins) };
         let output = |column: usize| outputs.get(column).map_or(0.0, |&value| f64::from(value));
         let quaternion = match self.orientation {
             Orientation::Heading => about_z(libm::atan2(output(2), output(3))).after(self.mount.quaternion),
@@ -139,6 +157,7 @@ impl PoseHead {
             && self.mount.position_m.iter().all(|value| value.is_finite())
             && self.landmarks_m.iter().flatten().all(|value| value.is_finite())
             && self.landmarks_m.len() <= 1024
+            && BINS.contains(&self.bins)
     }
 
     /// Distances from nothing to the diagonal of the range.
@@ -182,7 +201,7 @@ mod tests {
     #[test]
     fn what_is_encoded_is_decoded() {
         for orientation in [Orientation::Heading, Orientation::Quaternion] {
-            let head = PoseHead::of(&poses(), &[[1.0, -1.0], [0.0, 3.0]], orientation).unwrap();
+            let head = PoseHead::of(&poses(), &[[1.0, -1.0], [0.0, 3.0]], orientation, 1).unwrap();
             assert!(head.is_sound());
             for pose in poses() {
                 let outputs = head.encode(&pose);
@@ -207,11 +226,11 @@ mod tests {
         let camera = CameraConfig::default();
         let at = |x_m: f64, y_m: f64, heading_rad: f64| camera.pose(Pose { x_m, y_m, heading_rad });
         let head =
-            PoseHead::of(&[at(-1.0, 0.0, 0.0), at(3.0, 3.0, 1.0)], &[[0.0, 5.5]], Orientation::Heading);
+            PoseHead::of(&[at(-1.0, 0.0, 0.0), at(3.0, 3.0, 1.0)], &[[0.0, 5.5]], Orientation::Heading, 1);
         let outputs = head.unwrap().encode(&at(0.0, 3.0, std::f64::consts::FRAC_PI_2));
         for (found, wanted) in outputs.iter().zip([-0.5, 1.0, 1.0, 0.0, 0.0]) {
             assert!((found - wanted).abs() < 1e-6, "{outputs:?}");
         }
-        assert_eq!(PoseHead::of(&[], &[], Orientation::Heading), None);
+        assert_eq!(PoseHead::of(&[], &[], Orientation::Heading, 1), None);
     }
 }

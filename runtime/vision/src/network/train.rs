@@ -12,7 +12,7 @@ use super::error::NetworkError;
 use super::feed::{Batch, batches};
 use super::images::Source;
 use super::loss::{Weighting, losses, total};
-use super::pose_head::{Orientation, PoseHead};
+use super::pose_head::{BINS, Orientation, PoseHead};
 use super::resnet::ResNet;
 use super::tensors::{Values, gradients, numbers, values, with_values};
 use super::weights::{FORMAT, NetworkRecord, Weights};
@@ -24,6 +24,8 @@ use crate::world::within;
 pub struct TrainConfig {
     pub network: ResNetConfig,
     pub orientation: Orientation,
+    /// See [`PoseHead::bins`].
+    pub bins: usize,
     pub weighting: Weighting,
     pub augment: AugmentConfig,
     /// Batches that are learnt from.
@@ -40,11 +42,12 @@ impl Default for TrainConfig {
         TrainConfig {
             network: ResNetConfig::default(),
             orientation: Orientation::default(),
+            bins: 32,
             weighting: Weighting::default(),
             augment: AugmentConfig::default(),
             steps: 5000,
             batch: 32,
-            learning_rate: 1e-3,
+            learning_rate: 2e-3,
             seed: 1,
         }
     }
@@ -61,11 +64,37 @@ pub struct Progress {
     pub weights: [f64; 3],
 }
 
+/// How a training went: means over a hundredth of its steps each.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Course {
+    /// Steps done at the end of each entry.
+    pub steps: Vec<u64>,
+    /// Mean absolute errors of position, orientation and landmarks, as outputs between −1 and 1.
+    pub losses: Vec<[f64; 3]>,
+    /// Sums and their number since the last entry.
+    sums: [f64; 3],
+    count: u64,
+}
+
+impl Course {
+    fn add(&mut self, progress: &Progress, steps: u64) {
+        self.sums = std::array::from_fn(|part| self.sums[part] + progress.losses[part]);
+        self.count += 1;
+        if progress.step.is_multiple_of(steps.div_ceil(100)) || progress.step == steps {
+            self.steps.push(progress.step);
+            self.losses.push(self.sums.map(|sum| sum / self.count as f64));
+            (self.sums, self.count) = ([0.0; 3], 0);
+        }
+    }
+}
+
 impl TrainConfig {
     pub fn check(&self) -> Result<(), NetworkError> {
         self.network.check()?;
         within("the number of steps", self.steps as f64, (1.0, 1e9), "1 to 1000000000")?;
         within("the images of a batch", self.batch as f64, (2.0, 1024.0), "2 to 1024")?;
+        within("the number of bins", self.bins as f64, (1.0, *BINS.end() as f64), "1 to 256")?;
         within("the learning rate", self.learning_rate, (1e-9, 1.0), "1e-9 to 1")?;
         if let Weighting::Fixed { position, orientation, landmarks } = self.weighting {
             for weight in [position, orientation, landmarks] {
@@ -90,48 +119,39 @@ pub(crate) fn device() -> Device {
     Device::flex()
 }
 
-/// Trains a network and writes it to `path`: every `keep_steps` steps with what is needed to go on, at the end without. A
-/// training that was interrupted goes on from the file; one that is done is left as it is. `watch` sees every step and may
+/// Trains a network. `keep` is given it every `keep_steps` steps with what is needed to go on, and at the end without. A
+/// training that was `kept` before goes on from there; one that is done is left as it is. `watch` sees every step and may
 /// stop the training, which keeps it first.
-pub fn train(
+pub fn train<E: From<NetworkError>>(
     config: &TrainConfig,
     source: &Source,
-    path: &Path,
+    kept: Option<Weights>,
     keep_steps: u64,
+    keep: &mut dyn FnMut(&Weights) -> Result<(), E>,
     watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-) -> Result<Weights, NetworkError> {
-    config.check()?;
-    let first = match source {
-        Source::Rendered(trials) => {
-            trials.check()?;
-            trials.trials * trials.images
-        }
-        Source::Recorded(set) => set.poses().len(),
+) -> Result<Weights, E> {
+    let record = planned(config, source)?;
+    let mut weights = match kept {
+        Some(found) => resumed(found, &record)?,
+        None => fresh(record),
     };
-    let epoch_steps = (first / config.batch) as u64;
-    let no_images = NetworkError::NoImages { what: "fill a batch" };
-    let (true, Some(head)) = (epoch_steps > 0, source.head(config.orientation)) else {
-        return Err(no_images);
-    };
-
-    let record =
-        NetworkRecord { format: FORMAT, training: config.clone(), head, source: source.record(), step: 0 };
-    let mut weights = if path.exists() { resumed(path, &record)? } else { fresh(record) };
     let (head, start) = (weights.record.head.clone(), weights.record.step);
     if start >= config.steps {
         return Ok(weights);
     }
-    let layout = config.network.layout(head.outputs());
-    let model = ResNet::new(&config.network, head.outputs(), &device().autodiff());
+    let layout = config.network.layout(head.numbers());
+    let model = ResNet::new(&config.network, head.numbers(), &device().autodiff());
     let mut model = with_values(model, &layout, &weights.values, false);
+    let pass_steps = (images(source) / config.batch) as u64;
 
     std::thread::scope(|scope| {
-        for batch in batches(scope, config, &head, source, start..config.steps, epoch_steps) {
+        for batch in batches(scope, config, &head, source, start..config.steps, pass_steps) {
             let batch = batch?;
             let step = batch.step;
             let progress;
             (model, progress) = learn(config, &head, &layout, model, batch, &mut weights)?;
             weights.record.step = step + 1;
+            weights.record.course.add(&progress, config.steps);
             let stopped = watch(&progress).is_break();
             let done = step + 1 == config.steps;
             if stopped || done || (step + 1) % keep_steps.max(1) == 0 {
@@ -139,7 +159,7 @@ pub fn train(
                 if done {
                     weights.adam = None;
                 }
-                weights.write(path)?;
+                keep(&weights)?;
             }
             if stopped {
                 break;
@@ -149,9 +169,48 @@ pub fn train(
     })
 }
 
+/// [`train`] with a file: what it holds goes on.
+pub fn train_to(
+    config: &TrainConfig,
+    source: &Source,
+    path: &Path,
+    keep_steps: u64,
+    watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Weights, NetworkError> {
+    let kept = if path.exists() { Some(Weights::read(path)?) } else { None };
+    train(config, source, kept, keep_steps, &mut |weights| weights.write(path), watch)
+}
+
+/// Images of one pass.
+fn images(source: &Source) -> usize {
+    match source {
+        Source::Rendered(trials) => trials.trials * trials.images,
+        Source::Recorded(set) => set.poses().len(),
+    }
+}
+
+/// What a training makes, before its first step.
+fn planned(config: &TrainConfig, source: &Source) -> Result<NetworkRecord, NetworkError> {
+    config.check()?;
+    if let Source::Rendered(trials) = source {
+        trials.check()?;
+    }
+    match source.head(config.orientation, config.bins) {
+        Some(head) if images(source) >= config.batch => Ok(NetworkRecord {
+            format: FORMAT,
+            training: config.clone(),
+            head,
+            source: source.record(),
+            step: 0,
+            course: Course::default(),
+        }),
+        _ => Err(NetworkError::NoImages { what: "fill a batch" }),
+    }
+}
+
 /// A network before its first step.
 fn fresh(record: NetworkRecord) -> Weights {
-    let layout = record.training.network.layout(record.head.outputs());
+    let layout = record.training.network.layout(record.head.numbers());
     let seed = record.training.seed;
     let values: Values = layout.iter().enumerate().map(|(number, slot)| slot.initial(number, seed)).collect();
     let trained = layout.iter().map(|slot| if slot.trained() { slot.count() } else { 0 });
@@ -159,10 +218,9 @@ fn fresh(record: NetworkRecord) -> Weights {
     Weights { record, values, log_variances: vec![0.0; 3], adam }
 }
 
-/// What a file holds of the same training.
-fn resumed(path: &Path, wanted: &NetworkRecord) -> Result<Weights, NetworkError> {
-    let found = Weights::read(path)?;
-    let differs = |what: &'static str| NetworkError::OtherTraining { path: path.into(), what };
+/// What was kept, if it is of the same training.
+fn resumed(found: Weights, wanted: &NetworkRecord) -> Result<Weights, NetworkError> {
+    let differs = |what: &'static str| NetworkError::OtherTraining { what };
     if found.record.training != wanted.training {
         return Err(differs("configuration"));
     }
@@ -185,8 +243,8 @@ fn learn(
     let ResNetConfig { width_px, height_px, .. } = config.network;
     let images = TensorData::new(batch.pixels, [config.batch, 3, height_px, width_px]);
     let targets = TensorData::new(batch.targets, [config.batch, head.outputs()]);
-    let outputs = model.forward(Tensor::from_data(images, &device));
-    let parts = losses(&outputs, &Tensor::from_data(targets, &device), head);
+    let told = model.forward(Tensor::from_data(images, &device));
+    let (errors, parts) = losses(&told, &Tensor::from_data(targets, &device), head);
     let factors = config.weighting.weights(&weights.log_variances);
     let found = parts.clone().map(|loss| loss.map_or(0.0, scalar));
     let loss = found.iter().zip(factors).map(|(loss, factor)| loss * factor).sum::<f64>();
@@ -201,7 +259,14 @@ fn learn(
         weights.log_variances = weights.values.pop().unwrap_or_default();
     }
     let model = with_values(model, layout, &weights.values, true);
-    Ok((model, Progress { step: batch.step + 1, losses: found, weights: factors }))
+    Ok((
+        model,
+        Progress {
+            step: batch.step + 1,
+            losses: errors.map(|error| error.map_or(0.0, scalar)),
+            weights: factors,
+        },
+    ))
 }
 
 /// Copies the running statistics out of the network; all else is in `kept` already.

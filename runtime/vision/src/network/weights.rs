@@ -15,10 +15,10 @@ use super::error::NetworkError;
 use super::images::SourceRecord;
 use super::pose_head::PoseHead;
 use super::tensors::Values;
-use super::train::TrainConfig;
+use super::train::{Course, TrainConfig};
 
 /// Of the metadata.
-pub(crate) const FORMAT: u32 = 1;
+pub(crate) const FORMAT: u32 = 2;
 /// Largest file that is read.
 const FILE_BYTES: u64 = 2 << 30;
 const RECORD: &str = "mpgx";
@@ -34,6 +34,7 @@ pub struct NetworkRecord {
     pub source: SourceRecord,
     /// Steps done.
     pub step: u64,
+    pub course: Course,
 }
 
 impl NetworkRecord {
@@ -59,17 +60,7 @@ impl Weights {
     /// Writes the file whole or not at all.
     pub fn write(&self, path: &Path) -> Result<(), NetworkError> {
         let io = |source| NetworkError::Io { path: path.into(), source };
-        let bad = |why: String| NetworkError::BadWeights { path: path.into(), why };
-        let record = serde_json::to_string(&self.record).map_err(|error| bad(error.to_string()))?;
-        let bytes: Vec<(String, Vec<usize>, Vec<u8>)> =
-            self.named().into_iter().map(|(name, shape, values)| (name, shape, le_bytes(values))).collect();
-        let views = bytes.iter().map(|(name, shape, bytes)| {
-            TensorView::new(Dtype::F32, shape.clone(), bytes).map(|view| (name.as_str(), view))
-        });
-        let views = views.collect::<Result<Vec<_>, _>>().map_err(|error| bad(error.to_string()))?;
-        let metadata = HashMap::from([(RECORD.to_string(), record)]);
-        let bytes = serialize(views, Some(metadata)).map_err(|error| bad(error.to_string()))?;
-
+        let bytes = self.to_bytes()?;
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let unfinished = path.with_added_extension("tmp");
         let mut file = File::create(&unfinished).map_err(io)?;
@@ -78,13 +69,32 @@ impl Weights {
         File::open(folder).and_then(|folder| folder.sync_all()).map_err(io)
     }
 
+    /// As a safetensors file.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, NetworkError> {
+        let bad = |why: String| NetworkError::BadWeights { file: "it".into(), why };
+        let record = serde_json::to_string(&self.record).map_err(|error| bad(error.to_string()))?;
+        let bytes: Vec<(String, Vec<usize>, Vec<u8>)> =
+            self.named().into_iter().map(|(name, shape, values)| (name, shape, le_bytes(values))).collect();
+        let views = bytes.iter().map(|(name, shape, bytes)| {
+            TensorView::new(Dtype::F32, shape.clone(), bytes).map(|view| (name.as_str(), view))
+        });
+        let views = views.collect::<Result<Vec<_>, _>>().map_err(|error| bad(error.to_string()))?;
+        let metadata = HashMap::from([(RECORD.to_string(), record)]);
+        serialize(views, Some(metadata)).map_err(|error| bad(error.to_string()))
+    }
+
     /// Reads a network. What does not fit the architecture that the metadata names is refused before the network is made.
     pub fn read(path: &Path) -> Result<Weights, NetworkError> {
         let io = |source| NetworkError::Io { path: path.into(), source };
         let mut bytes = Vec::new();
         let file = File::open(path).map_err(io)?;
         file.take(FILE_BYTES + 1).read_to_end(&mut bytes).map_err(io)?;
-        Weights::parse(&bytes).map_err(|why| NetworkError::BadWeights { path: path.into(), why })
+        Weights::from_bytes(&bytes, &path.display().to_string())
+    }
+
+    /// [`Weights::read`] of what is in memory; `file` is its name in errors.
+    pub fn from_bytes(bytes: &[u8], file: &str) -> Result<Weights, NetworkError> {
+        Weights::parse(bytes).map_err(|why| NetworkError::BadWeights { file: file.into(), why })
     }
 
     fn parse(bytes: &[u8]) -> Result<Weights, String> {
@@ -105,7 +115,7 @@ impl Weights {
             return Err("the ranges of its outputs are no ranges".into());
         }
 
-        let layout = record.training.network.layout(record.head.outputs());
+        let layout = record.training.network.layout(record.head.numbers());
         let done = record.step >= record.training.steps;
         let mut left = tensors.len();
         let mut list = |name: &str, shape: &[usize]| {
@@ -133,7 +143,7 @@ impl Weights {
 
     /// Every tensor of the file.
     fn named(&self) -> Vec<(String, Vec<usize>, &[f32])> {
-        let layout = self.record.training.network.layout(self.record.head.outputs());
+        let layout = self.record.training.network.layout(self.record.head.numbers());
         let values = layout.iter().zip(&self.values);
         let mut named: Vec<(String, Vec<usize>, &[f32])> =
             values.map(|(slot, values)| (slot.name.clone(), slot.shape.clone(), values.as_slice())).collect();

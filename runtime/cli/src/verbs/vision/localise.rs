@@ -1,14 +1,12 @@
 //! `mpgx vision eval` and `mpgx vision predict`.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use mpgx_vision::baseline::Retrieval;
 use mpgx_vision::dataset::{Recording, Tags, read_png, read_seven_scenes, read_tum};
-use mpgx_vision::measure::{COMPONENTS, Localisation};
-use mpgx_vision::network::{
-    Answer, Evaluation, Localiser, NetworkError, SourceRecord, Weights, answers, evaluate,
-};
-use mpgx_vision::{Frame, Image, Split, TrialsConfig};
+use mpgx_vision::measure::{COMPONENTS, Evaluation, Localisation, evaluate};
+use mpgx_vision::network::{HeldOut, Localiser, NetworkError, SourceRecord, Weights, answers, held_out};
+use mpgx_vision::{Frame, Image, TrialsConfig};
 use serde_json::json;
 
 use crate::failure::{Exit, Failure};
@@ -49,51 +47,32 @@ pub struct PredictArgs {
 pub fn eval(args: EvalArgs) -> Result<Exit, Failure> {
     let weights = Weights::read(&args.weights)?;
     let localiser = Localiser::new(&weights);
-    let (mut network, mut retrieval) = (Vec::new(), Vec::new());
-    if args.recordings.is_empty() {
+    let (network, others) = if args.recordings.is_empty() {
         let SourceRecord::Rendered(trials) = &weights.record.source else {
             let message = "the network was trained on recordings; there is no world to render";
             return Err(Failure::new(Exit::BadInput, message).help("name recordings to measure it on"));
         };
         let trials = TrialsConfig { images: args.images, ..(**trials).clone() };
-        let known = known(&trials)?;
-        for number in 0..args.trials {
-            let trial = trials.trial(Split::HeldOut, number)?;
-            let frames: Vec<Frame> = trials.frames(&trial).map(|frame| trial.frame(frame)).collect();
-            network.extend(answers(&localiser, &trial.tags, &frames)?);
-            retrieval.extend(frames.iter().filter_map(|frame| {
-                let estimate = known.estimate(&frame.image)?;
-                Some(Answer { tags: trial.tags.clone(), truth: frame.pose, estimate })
-            }));
-        }
+        let HeldOut { network, retrieval, reckoning } = held_out(&localiser, &trials, args.trials)?;
+        (network, vec![("retrieval", retrieval), ("dead reckoning, 5 s", reckoning)])
     } else {
+        let mut found = Vec::new();
         for recording in recordings(&args.recordings)? {
             let tags = recording.tags.clone().unwrap_or_else(|| untagged(&recording));
             let frames = recording.frames().collect::<Result<Vec<Frame>, _>>()?;
-            network.extend(answers(&localiser, &tags, &frames)?);
+            found.extend(answers(&localiser, &tags, &frames)?);
         }
-    }
-    let network = evaluate(&network)?;
-    let retrieval = (!retrieval.is_empty()).then(|| evaluate(&retrieval)).transpose()?;
+        let found = evaluate(&found).ok_or(NetworkError::NoImages { what: "measure with" })?;
+        (found, Vec::new())
+    };
     if args.json {
         let step = weights.record.step;
-        println!("{}", json!({ "step": step, "network": network, "retrieval": retrieval }));
+        let others: BTreeMap<&str, Evaluation> = others.into_iter().collect();
+        println!("{}", json!({ "step": step, "network": network, "others": others }));
     } else {
-        print(&network, retrieval.as_ref());
+        print(&network, &others);
     }
     Ok(Exit::Done)
-}
-
-/// What the images of 27 trials, as those that the network learnt from, tell by likeness.
-fn known(trials: &TrialsConfig) -> Result<Retrieval, Failure> {
-    let mut known = Retrieval::default();
-    for number in 0..27 {
-        let trial = trials.trial(Split::Training, number)?;
-        for frame in (0..trial.frames).step_by(6).map(|number| trial.frame(number)) {
-            known.add(&frame.image, frame.pose);
-        }
-    }
-    Ok(known)
 }
 
 pub fn predict(args: PredictArgs) -> Result<Exit, Failure> {
@@ -138,7 +117,7 @@ fn untagged(recording: &Recording) -> Tags {
     Tags { lighting: name.clone().into(), trajectory: name.into() }
 }
 
-fn print(network: &Evaluation, retrieval: Option<&Evaluation>) {
+fn print(network: &Evaluation, others: &[(&str, Evaluation)]) {
     print!("{:<22}", "mean error, % of range");
     for component in COMPONENTS {
         print!("{component:>7}");
@@ -148,8 +127,8 @@ fn print(network: &Evaluation, retrieval: Option<&Evaluation>) {
     for (name, found) in network.by_lighting.iter().chain(&network.by_trajectory) {
         line(&format!("  {name}"), found);
     }
-    if let Some(retrieval) = retrieval {
-        line("retrieval", &retrieval.all);
+    for (name, found) in others {
+        line(name, &found.all);
     }
     let ranges = &network.all.ranges;
     println!("ranges, low:  {:6.2?}\n        high: {:6.2?}", ranges.low, ranges.high);

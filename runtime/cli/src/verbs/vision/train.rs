@@ -8,10 +8,10 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use clap::ValueEnum;
-use mpgx_vision::TrialsConfig;
 use mpgx_vision::network::{
     self, ImageSet, Orientation, Progress, ResNetConfig, Source, Stem, TrainConfig, Weighting,
 };
+use mpgx_vision::{AugmentConfig, TrialsConfig};
 
 use super::localise::recordings;
 use super::trials;
@@ -42,6 +42,9 @@ pub struct Args {
     /// Outputs that stand for the orientation
     #[arg(long, value_enum, default_value = "heading")]
     orientation: OrientationName,
+    /// Bins of the distributions that tell the outputs; 1: the outputs themselves, as in the paper
+    #[arg(long, default_value_t = 32, value_name = "N")]
+    bins: usize,
     /// How the losses of position, orientation and landmarks are weighed
     #[arg(long, value_enum, default_value = "fixed")]
     weighting: WeightingName,
@@ -51,7 +54,7 @@ pub struct Args {
     /// Images of a batch
     #[arg(long, default_value_t = 32, value_name = "N")]
     batch: usize,
-    #[arg(long, default_value_t = 1e-3)]
+    #[arg(long, default_value_t = 2e-3)]
     learning_rate: f64,
     /// Of the weights, the order and the changes of images
     #[arg(long, default_value_t = 1)]
@@ -91,8 +94,9 @@ enum WeightingName {
 }
 
 pub fn run(args: Args) -> Result<Exit, Failure> {
-    let config = config(&args);
+    let mut config = config(&args);
     let source = if args.recordings.is_empty() {
+        config.augment = AugmentConfig::NONE;
         let trials = trials(args.size, 60.0, 1);
         Source::Rendered(Box::new(TrialsConfig { trials: args.trials, images: args.images, ..trials }))
     } else {
@@ -106,7 +110,7 @@ pub fn run(args: Args) -> Result<Exit, Failure> {
         display.show(progress);
         if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let weights = network::train(&config, &source, &args.out, args.keep, &mut watch)?;
+    let weights = network::train_to(&config, &source, &args.out, args.keep, &mut watch)?;
     let step = weights.record.step;
     if step < config.steps {
         let message = format!("interrupted after step {step} of {}", config.steps);
@@ -132,6 +136,7 @@ fn config(args: &Args) -> TrainConfig {
             OrientationName::Heading => Orientation::Heading,
             OrientationName::Quaternion => Orientation::Quaternion,
         },
+        bins: args.bins,
         weighting: match args.weighting {
             WeightingName::Fixed => Weighting::default(),
             WeightingName::Learnt => Weighting::Learnt,

@@ -73,6 +73,7 @@ fn every_stage_makes_what_torchvisions_makes() {
 fn head() -> PoseHead {
     PoseHead {
         orientation: Orientation::Heading,
+        bins: 1,
         x_m: [-1.0, 1.0],
         y_m: [-1.0, 1.0],
         mount: PoseQ { position_m: [0.0; 3], quaternion: Quaternion::IDENTITY },
@@ -87,8 +88,8 @@ fn a_step_has_the_losses_gradients_and_statistics_of_torch() {
     let device = Device::flex().autodiff();
     let (config, model) = network(depth, channels, &tensors, &device);
     let outputs = model.forward(tensor(&tensors, "image", &device));
-    let parts = losses(&outputs, &tensor(&tensors, "target", &device), &head());
-    let found = parts.clone().map(|loss| numbers(loss.unwrap().detach())[0]);
+    let (errors, parts) = losses(&outputs, &tensor(&tensors, "target", &device), &head());
+    let found = errors.map(|loss| numbers(loss.unwrap().detach())[0]);
     assert_near(&found, &of(&tensors, "losses"), "losses");
 
     let fixed = Weighting::Fixed { position: 1.0, orientation: 0.5, landmarks: 0.3 };

@@ -9,7 +9,7 @@ use crate::camera::CameraConfig;
 use crate::image::Image;
 use crate::network::{
     ImageSet, Localiser, NetworkError, Orientation, ResNetConfig, Source, Stem, TrainConfig, Weighting,
-    Weights, train,
+    Weights, train_to,
 };
 use crate::pose::Pose;
 use crate::trials::TrialsConfig;
@@ -41,7 +41,7 @@ pub(super) fn tiny() -> TrainConfig {
 
 /// Trains until `stop` steps are done, or to the end.
 fn run(config: &TrainConfig, source: &Source, path: &Path, stop: u64) -> Result<Weights, NetworkError> {
-    train(config, source, path, 1000, &mut |progress| {
+    train_to(config, source, path, 1000, &mut |progress| {
         if progress.step == stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })
 }
@@ -112,7 +112,7 @@ fn sixteen_images_are_learnt_by_heart() {
         let folder = tempfile::tempdir().unwrap();
         let mut last = [f64::NAN; 3];
         let source = noise(16);
-        let weights = train(&config, &source, &folder.path().join("net"), 1000, &mut |progress| {
+        let weights = train_to(&config, &source, &folder.path().join("net"), 1000, &mut |progress| {
             last = progress.losses;
             ControlFlow::Continue(())
         });

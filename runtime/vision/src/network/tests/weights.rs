@@ -6,13 +6,14 @@ use safetensors::{Dtype, SafeTensors, serialize};
 use serde_json::{Value, json};
 
 use super::training::{noise, tiny};
-use crate::network::{NetworkError, Weights, train};
+use crate::network::{NetworkError, TrainConfig, Weights, train_to};
 
 /// The bytes of a network in the midst of its training.
 fn file() -> (tempfile::TempDir, Vec<u8>) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("net.safetensors");
-    train(&tiny(), &noise(12), &path, 1, &mut |_| ControlFlow::Break(())).unwrap();
+    train_to(&TrainConfig { bins: 1, ..tiny() }, &noise(12), &path, 1, &mut |_| ControlFlow::Break(()))
+        .unwrap();
     let bytes = std::fs::read(&path).unwrap();
     (folder, bytes)
 }
@@ -108,7 +109,7 @@ fn records_that_say_impossible_things_are_refused() {
     let with = |pointer: &str, value: Value| {
         why(&changed(&bytes, |_, record| *record.pointer_mut(pointer).unwrap() = value))
     };
-    assert!(with("/format", json!(2)).ends_with("its format is 2, this program reads 1"));
+    assert!(with("/format", json!(1)).ends_with("its format is 1, this program reads 2"));
     assert!(with("/training/network/depth", json!(51)).ends_with("it must be 18, 34 or 50"));
     assert!(with("/training/network/channels", json!(1u64 << 50)).contains("1 to 256"));
     assert!(with("/training/network/channels", json!(256)).contains("must be F32"));
