@@ -67,6 +67,10 @@ pub enum Item {
     Randomise(Vec<Assignment>),
     /// `obstacle pillar : disc(0.1 m) { position = (1 m, 0 m) }`; the body is the outline.
     Obstacles(AgentsDecl),
+    /// `landmark shelf : books(height = 50 cm) { at = (2 m, 1 m) }`; the body is what it looks like.
+    Landmarks(AgentsDecl),
+    /// `localiser eyes = resnet(layers = 18)`
+    Localiser { doc: String, name: Name, what: Call },
     /// `agent leader : point { … }`, `agents follower[3] : unicycle(hand = 0.15 m) { … }`
     Agents(AgentsDecl),
     /// `formation F of follower = square(side) about leader`
@@ -88,7 +92,8 @@ pub enum Item {
     /// `seeds 10`
     Seeds(ExprAt),
     /// `evaluate regular { leader.motion = …, episodes = 100 }`
-    Evaluate { doc: String, name: Name, settings: Vec<Assignment> },
+    /// Who does not know its pose is told by observations with `via`.
+    Evaluate { doc: String, name: Name, observe: Vec<Spanned<Item>>, settings: Vec<Assignment> },
     /// `stage slow { leader.speed = … } until error < 0.1 m over 20 episodes within 5000 steps`
     Stage(StageDecl),
     /// `variant strong { k_o = 0.5 }`
@@ -265,6 +270,32 @@ pub enum ExternKind {
     Solid,
     /// A safety filter.
     Filter,
+    /// What cameras look at.
+    Room,
+    Lighting,
+    Camera,
+    /// What a landmark looks like.
+    Landmark,
+    /// What tells robots where they are.
+    Localiser,
+}
+
+impl ExternKind {
+    /// As it is written after `extern`.
+    pub fn word(self) -> &'static str {
+        match self {
+            ExternKind::Algorithm => "algorithm",
+            ExternKind::Controller => "controller",
+            ExternKind::Body => "body",
+            ExternKind::Solid => "solid",
+            ExternKind::Filter => "filter",
+            ExternKind::Room => "room",
+            ExternKind::Lighting => "lighting",
+            ExternKind::Camera => "camera",
+            ExternKind::Landmark => "landmark",
+            ExternKind::Localiser => "localiser",
+        }
+    }
 }
 
 /// `a.b.c = value` or `start ~ distribution`.
@@ -299,12 +330,15 @@ pub struct Argument {
     pub value: ExprAt,
 }
 
-/// `value`, or `value for i in set if filter`, with the sensor's settings: `{ noise = 2 cm, delay = 1 step }`.
+/// `value`, or `value for i in set if filter`, with the sensor's settings: `{ noise = 2 cm, delay = 1 step }`; in
+/// evaluations also `camera(follower) via eyes`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObserveItem {
     pub value: ExprAt,
     pub over: Option<Over>,
     pub settings: Vec<Assignment>,
+    /// The localiser.
+    pub via: Option<Name>,
 }
 
 /// `i in set`, `i, j in pairs(set)`, with an optional `if filter`.

@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::constant::{Constant, Constants};
-use crate::hir::{Expr, Hir, Param, Slots, Track, World};
+use crate::hir::{Expr, Hir, Landmark, Param, Slots, Track, World};
 use crate::inline::{Inliner, Refusal, Value, group_of as group_of_set};
 use crate::plan::{self, AgentRef, Area, GroupId, IndexSet, ParamId, Quantity, Schedule, Setting, VarId};
 
@@ -125,6 +125,43 @@ impl<'s> Case<'s> {
 
     fn finite_point(&self, expr: &plan::Expr) -> Option<(f64, f64)> {
         self.constants.vector(expr).filter(|(x, y)| x.is_finite() && y.is_finite())
+    }
+
+    /// How many entries a constant list has.
+    pub fn length(&self, expr: &Expr) -> Option<usize> {
+        match self.value(expr).ok()? {
+            Value::List(all) => Some(all.len()),
+            _ => None,
+        }
+    }
+
+    /// Position (m) and heading (rad) of each of some landmarks.
+    pub fn landmarks(&self, landmark: &Landmark) -> Option<Vec<((f64, f64), f64)>> {
+        let of = |expr: &Expr, number: usize| -> Option<Constant> {
+            match self.value(expr).ok()? {
+                Value::List(all) => self.constants.value(all.get(number)?),
+                Value::Expr(rule) => {
+                    let slot = Some((number as f64 + 1.0, landmark.count() as f64));
+                    Constants { slot, ..self.constants.clone() }.value(&rule)
+                }
+                _ => None,
+            }
+        };
+        let placed = |number: usize| {
+            let heading = match &landmark.heading {
+                Some(heading) => of(heading, number)?,
+                None => Constant::Number(0.0),
+            };
+            match (of(&landmark.at, number)?, heading) {
+                (Constant::Vector(x, y), Constant::Number(heading))
+                    if [x, y, heading].iter().all(|value| value.is_finite()) =>
+                {
+                    Some(((x, y), heading))
+                }
+                _ => None,
+            }
+        };
+        (0..landmark.count()).map(placed).collect()
     }
 
     /// The groups whose positions an expression in the settings of a group depends on.

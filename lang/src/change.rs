@@ -206,8 +206,9 @@ impl Change<'_> {
     fn group(&mut self, setting: &Assignment, of: &str, name: &str, at: &Name) -> Refused {
         let kind = self.kind;
         let found = self
-            .find(|item| matches!(item, Item::Agents(decl) | Item::Obstacles(decl) if decl.name.node == of));
-        let Some(Item::Agents(decl) | Item::Obstacles(decl)) = found else {
+            .find(|item| matches!(item, Item::Agents(decl) | Item::Obstacles(decl) | Item::Landmarks(decl)
+                if decl.name.node == of));
+        let Some(Item::Agents(decl) | Item::Obstacles(decl) | Item::Landmarks(decl)) = found else {
             return self.unknown(setting, &[of, name]);
         };
         match name {
@@ -300,7 +301,7 @@ impl Change<'_> {
                 Item::World(settings) => {
                     add("world", &mut names(settings).iter().map(String::as_str));
                 }
-                Item::Agents(decl) | Item::Obstacles(decl) => {
+                Item::Agents(decl) | Item::Obstacles(decl) | Item::Landmarks(decl) => {
                     let own = names(&decl.settings);
                     add(&decl.name.node, &mut own.iter().map(String::as_str).chain(["size", "body"]));
                 }

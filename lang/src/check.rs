@@ -22,6 +22,7 @@ pub(crate) mod scene;
 pub(crate) mod schedule;
 pub(crate) mod sets;
 pub(crate) mod settings;
+pub(crate) mod sight;
 pub(crate) mod sweep;
 pub(crate) mod test;
 pub mod units;
@@ -98,6 +99,7 @@ struct Ids {
     groups: BTreeMap<ItemId, GroupId>,
     formations: BTreeMap<ItemId, FormationId>,
     tracks: BTreeMap<ItemId, TrackId>,
+    localisers: BTreeMap<ItemId, usize>,
 }
 
 /// Declarations that were checked, or are being checked (`None`: to find those that refer to themselves).
@@ -233,6 +235,9 @@ impl<'a> Checker<'a> {
         self.declarations();
         self.agents();
         self.obstacles();
+        self.landmarks();
+        self.localisers();
+        self.rooms();
         self.scene();
         self.reward();
     }

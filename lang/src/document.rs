@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::ast::{ExprAt, ExternKind, File, Item, Parameter, Span, Spanned};
+use crate::ast::{ExprAt, File, Item, Parameter, Span, Spanned};
 use crate::parse::parse;
 use crate::problem::Problems;
 use crate::source::Sources;
@@ -95,13 +95,7 @@ fn entry(item: &Spanned<Item>, sources: &Sources) -> Option<Entry> {
         Item::Function(it) => ("fn", &it.doc, &it.name, &it.params),
         Item::Motion(it) => ("motion", &it.doc, &it.name, &it.params),
         Item::Shape(it) => ("formation", &it.doc, &it.name, &it.params),
-        Item::Extern(it) => match it.kind {
-            ExternKind::Algorithm => ("algorithm", &it.doc, &it.name, &it.params),
-            ExternKind::Controller => ("controller", &it.doc, &it.name, &it.params),
-            ExternKind::Body => ("body", &it.doc, &it.name, &it.params),
-            ExternKind::Solid => ("solid", &it.doc, &it.name, &it.params),
-            ExternKind::Filter => ("filter", &it.doc, &it.name, &it.params),
-        },
+        Item::Extern(it) => (it.kind.word(), &it.doc, &it.name, &it.params),
         Item::Preset { doc, name, .. } => ("preset", doc, name, &[]),
         _ => return None,
     };

@@ -253,6 +253,41 @@ pub struct Extern {
     pub settings: Vec<(String, Expr)>,
 }
 
+/// What a setting chooses; `None` if a problem was reported.
+#[derive(Clone, Debug)]
+pub struct Chosen {
+    pub what: Option<Extern>,
+    pub span: Span,
+}
+
+/// Things that stand in the room.
+#[derive(Clone, Debug)]
+pub struct Landmark {
+    pub name: String,
+    /// `None`: one, without a number.
+    pub size: Option<usize>,
+    pub what: Option<Extern>,
+    /// Of number [`Kind::SlotNumber`], or a list.
+    pub at: Expr,
+    pub heading: Option<Expr>,
+    pub span: Span,
+}
+
+#[derive(Clone, Debug)]
+pub struct Localiser {
+    pub name: String,
+    pub what: Option<Extern>,
+    pub span: Span,
+}
+
+/// A group that does not know its poses, and the number of the localiser that tells them.
+#[derive(Clone, Debug)]
+pub struct Localised {
+    pub group: GroupId,
+    pub via: usize,
+    pub span: Span,
+}
+
 #[derive(Clone, Debug)]
 pub struct Param {
     pub name: String,
@@ -282,6 +317,11 @@ pub struct World {
     pub dt: Option<Expr>,
     pub horizon: Option<Expr>,
     pub safety: Option<Expr>,
+    pub room: Option<Chosen>,
+    pub lighting: Option<Chosen>,
+    pub landmarks: Vec<Landmark>,
+    /// Of evaluations.
+    pub localised: Vec<Localised>,
     pub groups: Vec<Group>,
     pub formations: Vec<Formation>,
     pub require: Vec<Expr>,
@@ -314,6 +354,7 @@ pub struct Group {
     pub speed: Option<Expr>,
     pub control: Option<Control>,
     pub filter: Option<Extern>,
+    pub camera: Option<Chosen>,
     pub start: Option<Expr>,
     pub span: Span,
 }
@@ -459,6 +500,7 @@ pub struct Hir {
     pub world: World,
     /// Of all reward terms and costs.
     pub reward_dim: Dim,
+    pub localisers: Vec<Localiser>,
     /// The one of `learn` first.
     pub learners: Vec<Method>,
     pub controllers: Vec<Method>,
@@ -504,6 +546,27 @@ impl World {
         };
         let (Some(a), Some(b)) = (node(a), node(b)) else { return false };
         self.graph(formation).iter(self.nodes(formation)).any(|edge| edge == (a, b) || edge == (b, a))
+    }
+}
+
+impl Landmark {
+    pub fn count(&self) -> usize {
+        self.size.unwrap_or(1)
+    }
+
+    /// The name of one of them, from 0.
+    pub fn member(&self, number: usize) -> String {
+        match self.size {
+            None => self.name.clone(),
+            Some(_) => format!("{}[{}]", self.name, number + 1),
+        }
+    }
+}
+
+impl Localiser {
+    /// Whether it tells poses from images.
+    pub fn looks(&self) -> bool {
+        self.what.as_ref().is_none_or(|what| what.name != "noisy")
     }
 }
 

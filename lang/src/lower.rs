@@ -1,6 +1,7 @@
 //! From the typed scenario to what runs: `Hir → Plan`. Calls are inlined, settings become numbers.
 
 mod cases;
+mod sight;
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -23,6 +24,7 @@ use crate::source::Sources;
 
 use cases::Cases;
 pub use cases::OTHER_SIZES;
+pub use sight::OTHER_CAMERAS;
 
 /// The variable that stands for a member of a shared policy: the first of each expression.
 const SHARED: VarId = 0;
@@ -43,6 +45,7 @@ pub fn lower(hir: &Hir, units: &Units, sources: &Sources, problems: &mut Problem
         Some(seeds) => own.number(seeds)? as usize,
         None => SEEDS,
     };
+    let localisers = hir.localisers.iter().map(|localiser| own.localiser(localiser)).collect::<Option<_>>()?;
     let claims = hir.claims.iter().map(|claim| Claim {
         text: claim.text.clone(),
         kind: claim.kind.clone(),
@@ -59,6 +62,7 @@ pub fn lower(hir: &Hir, units: &Units, sources: &Sources, problems: &mut Problem
         claims: claims.collect(),
         tests: hir.tests.iter().map(|test| own.test(test)).collect::<Option<_>>()?,
         world,
+        localisers,
         tracks: hir.tracks.iter().map(|track| lowered(track, sources)).collect(),
         ..Plan::default()
     };
@@ -67,6 +71,7 @@ pub fn lower(hir: &Hir, units: &Units, sources: &Sources, problems: &mut Problem
     let stages = hir.stages.iter().map(|stage| cases.stage(stage)).collect::<Option<_>>()?;
     let variants = hir.variants.iter().map(|variant| cases.variant(variant)).collect::<Option<_>>()?;
     (plan.protocols, plan.stages, plan.variants) = (protocols, stages, variants);
+    sight::one_camera_each(&plan, hir, problems)?;
     Some(plan)
 }
 
@@ -217,8 +222,8 @@ impl<'a> Lower<'a> {
             observe: world.observe.iter().map(|o| self.observation(o)).collect::<Option<_>>()?,
             reward: world.reward.iter().map(|term| self.term(term)).collect::<Option<_>>()?,
             ends: world.ends.iter().map(|end| self.end(end)).collect::<Option<_>>()?,
-            scenery: None,
-            localised: Vec::new(),
+            scenery: self.scenery()?,
+            localised: world.localised.iter().map(|it| self.localised(it)).collect(),
         })
     }
 
@@ -258,7 +263,7 @@ impl<'a> Lower<'a> {
             speed_mps: self.constant(self.case.range(speed), speed.span)?,
             control,
             filter: group.filter.as_ref().map_or(Some(None), |filter| self.extern_(filter).map(Some))?,
-            camera: None,
+            camera: group.camera.as_ref().map_or(Some(None), |it| self.chosen(it).map(Some))?,
             start,
             at: self.sources.place(group.span),
         })

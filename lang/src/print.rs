@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use crate::ast::{
     AgentsDecl, Assignment, Axis, BinaryOp, Call, DimExpr, EdgeDecl, EndItem, Expectation, ExpectationKind,
-    Expr, ExprAt, ExternKind, File, FormationDecl, FunctionDecl, Item, LetDecl, MotionDecl, Name,
+    Expr, ExprAt, File, FormationDecl, FunctionDecl, Item, LetDecl, MotionDecl, Name,
     ObserveItem, Over, Parameter, Reduction, ShapeDecl, ShapeSlots, Spanned, StageDecl, StateDecl, TestStep,
     TypeExpr, UnaryOp, UnitExpr,
 };
@@ -40,13 +40,7 @@ pub fn item(item: &Item) -> String {
         Item::Motion(it) => motion(it),
         Item::Shape(it) => shape(it),
         Item::Extern(it) => {
-            let kind = match it.kind {
-                ExternKind::Algorithm => "algorithm",
-                ExternKind::Controller => "controller",
-                ExternKind::Body => "body",
-                ExternKind::Solid => "solid",
-                ExternKind::Filter => "filter",
-            };
+            let kind = it.kind.word();
             let rest = match &it.base {
                 Some(base) => format!(" = {}", call(base, true)),
                 None => parameters(&it.params),
@@ -61,6 +55,10 @@ pub fn item(item: &Item) -> String {
         Item::Randomise(settings) => block("randomise", settings.iter().map(assignment)),
         Item::Agents(it) => agents("agent", it),
         Item::Obstacles(it) => agents("obstacle", it),
+        Item::Landmarks(it) => agents("landmark", it),
+        Item::Localiser { doc, name, what } => {
+            format!("{}localiser {} = {}", self::doc(doc), name.node, call(what, false))
+        }
         Item::Formation(it) => formation(it),
         Item::Recording { doc, name, file } => {
             format!("{}recording {} = \"{}\"", self::doc(doc), name.node, file.node)
@@ -80,15 +78,9 @@ pub fn item(item: &Item) -> String {
         }
         Item::Compare(methods) => block("compare", methods.iter().map(|it| call(&it.node, false))),
         Item::Seeds(it) => format!("seeds {}", expr(it)),
-        Item::Evaluate { doc, name, settings } => {
-            block(&format!("{}evaluate {}", self::doc(doc), name.node), settings.iter().map(assignment))
-        }
+        Item::Evaluate { doc, name, observe, settings } => changes("evaluate", (doc, name), observe, settings),
         Item::Stage(it) => stage(it),
-        Item::Variant { doc, name, observe, settings } => {
-            let observe = observe.iter().map(|observe| self::item(&observe.node).replace('\n', "\n    "));
-            let entries = observe.chain(settings.iter().map(assignment));
-            block(&format!("{}variant {}", self::doc(doc), name.node), entries)
-        }
+        Item::Variant { doc, name, observe, settings } => changes("variant", (doc, name), observe, settings),
         Item::Sweep { doc, axes } => block(&format!("{}sweep", self::doc(doc)), axes.iter().map(axis)),
         Item::Expect(it) => expectation(it),
         Item::Test { doc, name, steps } => {
@@ -96,6 +88,12 @@ pub fn item(item: &Item) -> String {
             block(&head, steps.iter().map(|step| test_step(&step.node)))
         }
     }
+}
+
+fn changes(word: &str, (doc, name): (&str, &Name), observe: &[Spanned<Item>], settings: &[Assignment]) -> String {
+    let observe = observe.iter().map(|observe| item(&observe.node).replace('\n', "\n    "));
+    let entries = observe.chain(settings.iter().map(assignment));
+    block(&format!("{}{word} {}", self::doc(doc), name.node), entries)
 }
 
 fn agents(word: &str, it: &AgentsDecl) -> String {
@@ -377,7 +375,8 @@ fn assignment(it: &Assignment) -> String {
 
 fn observation(it: &ObserveItem) -> String {
     let over = it.over.as_ref().map(|over| format!(" for {}", self::over(over)));
-    let head = expr(&it.value) + &over.unwrap_or_default();
+    let via = it.via.as_ref().map(|via| format!(" via {}", via.node));
+    let head = expr(&it.value) + &over.or(via).unwrap_or_default();
     if it.settings.is_empty() { head } else { block(&head, it.settings.iter().map(assignment)) }
 }
 

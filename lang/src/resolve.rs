@@ -81,6 +81,14 @@ pub enum Space {
     Body,
     Solid,
     Filter,
+    Room,
+    Lighting,
+    Camera,
+    /// What landmarks look like.
+    LandmarkKind,
+    /// What localisers are.
+    LocaliserKind,
+    Localiser,
     Preset,
     Protocol,
     Stage,
@@ -90,6 +98,22 @@ pub enum Space {
 }
 
 impl Space {
+    /// Of the names of a kind of `extern`.
+    pub fn of(kind: ExternKind) -> Space {
+        match kind {
+            ExternKind::Algorithm => Space::Algorithm,
+            ExternKind::Controller => Space::Controller,
+            ExternKind::Body => Space::Body,
+            ExternKind::Solid => Space::Solid,
+            ExternKind::Filter => Space::Filter,
+            ExternKind::Room => Space::Room,
+            ExternKind::Lighting => Space::Lighting,
+            ExternKind::Camera => Space::Camera,
+            ExternKind::Landmark => Space::LandmarkKind,
+            ExternKind::Localiser => Space::LocaliserKind,
+        }
+    }
+
     /// With its article.
     pub fn people(self) -> &'static str {
         match self {
@@ -101,6 +125,12 @@ impl Space {
             Space::Body => "a body",
             Space::Solid => "an outline of obstacles",
             Space::Filter => "a safety filter",
+            Space::Room => "a room",
+            Space::Lighting => "a lighting",
+            Space::Camera => "a camera",
+            Space::LandmarkKind => "a kind of landmark",
+            Space::LocaliserKind => "a kind of localiser",
+            Space::Localiser => "a localiser",
             Space::Preset => "a preset",
             Space::Protocol => "an evaluation",
             Space::Stage => "a stage",
@@ -110,7 +140,7 @@ impl Space {
         }
     }
 
-    pub const ALL: [Space; 14] = [
+    pub const ALL: [Space; 20] = [
         Space::Value,
         Space::Motion,
         Space::Shape,
@@ -119,6 +149,12 @@ impl Space {
         Space::Body,
         Space::Solid,
         Space::Filter,
+        Space::Room,
+        Space::Lighting,
+        Space::Camera,
+        Space::LandmarkKind,
+        Space::LocaliserKind,
+        Space::Localiser,
         Space::Preset,
         Space::Protocol,
         Space::Stage,
@@ -156,21 +192,15 @@ pub fn declared(item: &Item) -> Option<(Space, &Name)> {
         Item::Let(decl) => (Space::Value, &decl.name),
         Item::Function(decl) => (Space::Value, &decl.name),
         Item::Agents(decl) => (Space::Value, &decl.name),
-        Item::Obstacles(decl) => (Space::Value, &decl.name),
+        Item::Obstacles(decl) | Item::Landmarks(decl) => (Space::Value, &decl.name),
         Item::Formation(decl) => (Space::Value, &decl.name),
         Item::Recording { name, .. } => (Space::Value, name),
         Item::Motion(decl) => (Space::Motion, &decl.name),
         Item::Shape(decl) => (Space::Shape, &decl.name),
         Item::Extern(decl) => {
-            let space = match decl.kind {
-                ExternKind::Algorithm => Space::Algorithm,
-                ExternKind::Controller => Space::Controller,
-                ExternKind::Body => Space::Body,
-                ExternKind::Solid => Space::Solid,
-                ExternKind::Filter => Space::Filter,
-            };
-            (space, &decl.name)
+            (Space::of(decl.kind), &decl.name)
         }
+        Item::Localiser { name, .. } => (Space::Localiser, name),
         Item::Preset { name, .. } => (Space::Preset, name),
         Item::Evaluate { name, .. } => (Space::Protocol, name),
         Item::Stage(decl) => (Space::Stage, &decl.name),
@@ -507,7 +537,7 @@ impl Resolver<'_> {
                     .at(item.span, "`extern` has no implementation here")
                     .help(match item.node {
                         Item::Function(_) => "give it a body: `fn name(…) -> type = …`",
-                        _ => "algorithms, controllers, bodies, outlines and filters are those of the standard library",
+                        _ => "algorithms, controllers, bodies and all else that is `extern` are those of the standard library",
                     }),
             );
         } else if !main && !library {
@@ -529,7 +559,8 @@ pub fn standard_home(name: &str) -> Option<&'static str> {
 
 /// Whether a module's text declares a name, told without parsing it.
 fn declares(text: &str, name: &str) -> bool {
-    ["fn", "dist", "motion", "formation", "algorithm", "controller", "body", "preset"].iter().any(|word| {
+    let words = ["fn", "dist", "motion", "formation", "room", "lighting", "camera", "landmark", "localiser"];
+    words.iter().any(|word| {
         text.lines().any(|line| {
             let after =
                 line.trim_start_matches("extern ").strip_prefix(word).and_then(|l| l.strip_prefix(' '));

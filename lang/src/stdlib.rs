@@ -15,6 +15,7 @@ pub const MODULES: &[(&str, &str)] = &[
     ("std.motion", include_str!("../../stdlib/motion.scn")),
     ("std.prelude", include_str!("../../stdlib/prelude.scn")),
     ("std.reward", include_str!("../../stdlib/reward.scn")),
+    ("std.sight", include_str!("../../stdlib/sight.scn")),
     ("std.start", include_str!("../../stdlib/start.scn")),
 ];
 
@@ -101,6 +102,11 @@ fn space(word: &str) -> Option<Space> {
         "body" => Space::Body,
         "solid" => Space::Solid,
         "filter" => Space::Filter,
+        "room" => Space::Room,
+        "lighting" => Space::Lighting,
+        "camera" => Space::Camera,
+        "landmark" => Space::LandmarkKind,
+        "localiser" => Space::LocaliserKind,
         "preset" => Space::Preset,
         _ => return None,
     })

@@ -7,7 +7,7 @@ use super::value::OUT_OF_RANGE;
 use super::{Checker, Scope};
 use crate::ast::{self, AgentsDecl, Assignment, Call, ExprAt, Item};
 use crate::dim::Substitution;
-use crate::hir::{Called, Control, Expr, Extern, Kind, Motion, Output, OwnSetting, Parameter, Type};
+use crate::hir::{Called, Control, Expr, Extern, Kind, Motion, Output, OwnSetting, Type};
 use crate::plan::GroupId;
 use crate::problem::{Code, Problem};
 use crate::resolve::Space;
@@ -15,7 +15,7 @@ use crate::resolve::Space;
 /// Agents of a group, at most.
 const LARGEST_GROUP: usize = 10_000;
 
-const SETTINGS: [&str; 7] = ["arena", "speed", "radius", "control", "filter", "motion", "start"];
+const SETTINGS: [&str; 8] = ["arena", "speed", "radius", "camera", "control", "filter", "motion", "start"];
 
 impl<'a> Checker<'a> {
     /// How many each group has, which everything else refers to.
@@ -79,6 +79,8 @@ impl<'a> Checker<'a> {
         }
         let length = Type::Number(self.units.base("length"));
         let radius = settings.get("radius").map(|setting| self.fixed(setting, &length));
+        let camera = settings.get("camera");
+        let camera = camera.map(|setting| self.chosen(Space::Camera, setting, "camera = pinhole"));
         for (value, what) in [(&arena, "an arena"), (&speed, "a speed limit"), (&radius, "a radius")] {
             if let Some(value) = value {
                 self.constant_setting(value, what);
@@ -86,6 +88,7 @@ impl<'a> Checker<'a> {
         }
         if let Some(place) = self.hir.world.groups.get_mut(group) {
             (place.body, place.arena, place.speed, place.radius) = (body, arena, speed, radius);
+            place.camera = camera;
         }
         let control =
             self.control(group, decl, settings.get("control").copied(), settings.get("motion").copied());
@@ -205,7 +208,6 @@ impl<'a> Checker<'a> {
 
     /// `barrier(margin = 3 cm)` or `barrier` as the filter of a learned group.
     fn filter(&mut self, decl: &AgentsDecl, setting: &'a Assignment, learned: bool) -> Option<Extern> {
-        self.undrawn(setting);
         if !learned {
             let problem = Problem::error(&USELESS_FILTER, "a filter changes what a controller asks")
                 .at(setting.value.span, "filters nothing")
@@ -213,23 +215,7 @@ impl<'a> Checker<'a> {
             self.report(problem.help("remove it, or give the filter to a group with `control = learned`"));
             return None;
         }
-        match &setting.value.node {
-            ast::Expr::Call(call) => self.provided(Space::Filter, call),
-            ast::Expr::Name(name) => {
-                let bare = ast::Name { node: name.clone(), span: setting.value.span };
-                let id = self.item_named(Space::Filter, &bare)?;
-                let params = self.signature(id)?;
-                let given = |param: &Parameter| Some((param.name.clone(), param.default.clone()?));
-                let settings = params.iter().map(given).collect::<Option<_>>()?;
-                Some(Extern { name: name.clone(), settings })
-            }
-            _ => {
-                let problem = Problem::error(&super::expr::WRONG_KIND, "this is no safety filter");
-                let problem = problem.at(setting.value.span, "");
-                self.report(problem.help("write a filter's name: `filter = barrier`"));
-                None
-            }
-        }
+        self.chosen(Space::Filter, setting, "filter = barrier").what
     }
 
     /// `circle(0.6 m)` as the motion of a group.

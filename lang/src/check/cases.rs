@@ -63,11 +63,12 @@ impl<'a> Checker<'a> {
         let mut evaluations = 0;
         for (_, item) in self.main_items() {
             match &item.node {
-                Item::Evaluate { name, settings, .. } => {
+                Item::Evaluate { name, observe, settings, .. } => {
                     let origin =
                         Origin { kind: Kind::Evaluation, name: &name.node, at: name.span, item: item.span };
-                    if evaluations < self.hir.protocols.len() && !settings.iter().all(is_episodes) {
-                        let changed = self.case(&origin, (&[], settings), overrides, known);
+                    let same = observe.is_empty() && settings.iter().all(is_episodes);
+                    if evaluations < self.hir.protocols.len() && !same {
+                        let changed = self.case(&origin, (observe, settings), overrides, known);
                         if let Some(protocol) = self.hir.protocols.get_mut(evaluations) {
                             protocol.changed = Some(changed);
                         }
@@ -136,8 +137,8 @@ impl<'a> Checker<'a> {
         self.sources.text(span).split_whitespace().collect::<Vec<_>>().join(" ")
     }
 
-    /// Checks the scenario as it is with what is observed instead, and these settings. Tells what is wrong with it
-    /// alone.
+    /// Checks the scenario as it is with what is observed instead (in an evaluation: who is localised), and these
+    /// settings. Tells what is wrong with it alone.
     fn case(
         &mut self,
         origin: &Origin,
@@ -145,6 +146,10 @@ impl<'a> Checker<'a> {
         overrides: &[Override],
         known: &mut Known,
     ) -> Box<Hir> {
+        let (observe, localised) = match origin.kind {
+            Kind::Variant => (observe, &[][..]),
+            _ => (&[][..], observe),
+        };
         let changed = change::apply(self.program, observe, settings, origin.kind);
         let overrides: Vec<Override> = overrides.iter().cloned().chain(changed.params).collect();
         let mut problems = Problems::default();
@@ -152,6 +157,7 @@ impl<'a> Checker<'a> {
         let seen = self.seen.of_others(self.program.main);
         let mut case = Checker::new(&changed.program, self.sources, self.units, seen, &mut problems);
         case.world_of_episodes(&overrides);
+        case.localised(localised);
         if origin.kind == Kind::Variant {
             case.study();
         }

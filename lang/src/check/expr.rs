@@ -134,6 +134,11 @@ impl<'a> Checker<'a> {
                 None => Expr::poison(at),
             },
             Item::Agents(_) | Item::Obstacles(_) => self.group_as_agent(entry.id, name, at),
+            Item::Landmarks(_) => {
+                let problem = Problem::error(&WRONG_KIND, format!("`{name}` is a landmark"));
+                let problem = problem.at(at, "has no value");
+                self.poison(at, problem.help("landmarks are only looked at; an `obstacle` has a position"))
+            }
             Item::Recording { .. } => {
                 let problem = Problem::error(&WRONG_KIND, format!("`{name}` is a recording"))
                     .at(at, "at what time?")

@@ -47,6 +47,7 @@ impl Checker<'_> {
         problems.extend(self.hir.bounds.iter().filter_map(|bound| self.out_of_bounds(case, bound)));
         self.world_limits(case, &mut problems);
         problems.extend(self.outlines(case));
+        problems.extend(self.outside_room(case));
         self.never_outside(case, &mut problems);
         for (number, group) in case.world.groups.iter().enumerate() {
             self.start_order(case, number, &mut problems);

@@ -133,14 +133,7 @@ impl<'a> Checker<'a> {
     }
 
     fn based_on(&mut self, id: ItemId, decl: &'a ExternDecl, base: &'a Call) -> Option<Vec<Parameter>> {
-        let space = match decl.kind {
-            crate::ast::ExternKind::Algorithm => Space::Algorithm,
-            crate::ast::ExternKind::Controller => Space::Controller,
-            crate::ast::ExternKind::Body => Space::Body,
-            crate::ast::ExternKind::Solid => Space::Solid,
-            crate::ast::ExternKind::Filter => Space::Filter,
-        };
-        let entry = self.program.find(id.module, space, &base.name.node)?;
+        let entry = self.program.find(id.module, Space::of(decl.kind), &base.name.node)?;
         let params = self.signature(entry.id)?;
         let mut scope = Scope::of(id.module);
         let args = self.bind(&mut scope, base, base.name.span, &params, (&[], &mut Substitution::default()));

@@ -7,6 +7,7 @@ use crate::ast::{self, Assignment, Item, Span};
 use crate::hir::{Control, Expr, Kind, Observation, Set, Shared, Type};
 use crate::plan::{GroupId, VarId};
 use crate::problem::{Code, Problem};
+use crate::resolve::Space;
 
 /// A group and the variable that stands for one of its members.
 pub type Member = (GroupId, (VarId, String));
@@ -24,7 +25,7 @@ impl<'a> Checker<'a> {
             );
             return;
         };
-        let settings = self.settings("`world`", settings, &["dt", "horizon", "safety"]);
+        let settings = self.settings("`world`", settings, &["dt", "horizon", "safety", "room", "lighting"]);
         let dims = ["time", "steps", "length"].map(|name| Type::Number(self.units.base(name)));
         let [dt, horizon, safety] = dims;
         self.hir.world.dt = settings.get("dt").map(|setting| self.fixed(setting, &dt));
@@ -44,6 +45,10 @@ impl<'a> Checker<'a> {
         self.constants.dt_s = world.dt.and_then(|dt| self.constant(&dt, "`dt`"));
         self.constants.horizon = world.horizon.and_then(|horizon| self.constant(&horizon, "`horizon`"));
         self.constants.safety_m = world.safety.and_then(|safety| self.constant(&safety, "`safety`"));
+        let room = settings.get("room").map(|room| self.chosen(Space::Room, room, "room = indoor"));
+        let lighting = settings.get("lighting");
+        let lighting = lighting.map(|it| self.chosen(Space::Lighting, it, "lighting = evening"));
+        (self.hir.world.room, self.hir.world.lighting) = (room, lighting);
     }
 
     pub fn scene(&mut self) {
@@ -123,6 +128,9 @@ impl<'a> Checker<'a> {
     }
 
     fn observation(&mut self, item: &'a ast::ObserveItem, mut scope: Scope) {
+        if let Some(via) = &item.via {
+            return self.no_training_by_sight(item, via);
+        }
         let over = item.over.as_ref().map(|over| {
             let checked = self.over(&mut scope, over);
             if let Some(crate::hir::Over { set: Set::Pairs(_) | Set::Edges(_), .. }) = checked {

@@ -74,8 +74,8 @@ impl<'a> Checker<'a> {
                 Some(&group) => self.member_of(scope, group, index, at),
                 None => Expr::poison(at),
             },
-            // Unknown, which `expr` knows how to say or that it was said.
-            None => self.expr(scope, of),
+            // Which `expr` knows how to say or that it was said.
+            None | Some((_, Item::Landmarks(_))) => self.expr(scope, of),
             _ => self.no_members(name, at),
         }
     }

@@ -73,7 +73,7 @@ fn is_punctuation(rule: Rule) -> bool {
             | Rule::kw_slot | Rule::kw_slots | Rule::kw_state | Rule::kw_then | Rule::kw_vec | Rule::kw_when
             | Rule::kw_with | Rule::kw_check | Rule::kw_each | Rule::kw_edge | Rule::kw_edges | Rule::kw_frame
             | Rule::kw_its | Rule::kw_over | Rule::kw_place | Rule::kw_steer | Rule::kw_step | Rule::kw_to
-            | Rule::kw_turn | Rule::kw_until | Rule::kw_within | Rule::minus | Rule::within_of | Rule::EOI
+            | Rule::kw_turn | Rule::kw_until | Rule::kw_via | Rule::kw_within | Rule::minus | Rule::within_of | Rule::EOI
     )
 }
 
@@ -116,6 +116,12 @@ pub(super) fn item(context: &Context, node: Node) -> Option<Item> {
         Rule::randomise => Item::Randomise(settings(context, parts.next())?),
         Rule::agents => Item::Agents(agents(context, doc, parts)?),
         Rule::obstacles => Item::Obstacles(agents(context, doc, parts)?),
+        Rule::landmarks => Item::Landmarks(agents(context, doc, parts)?),
+        Rule::localiser => Item::Localiser {
+            doc,
+            name: name(context, parts.next()?),
+            what: use_of(context, parts.next()?)?,
+        },
         Rule::require => Item::Require(expr(context, parts.next()?)?),
         Rule::observe => observe(context, whole)?,
         Rule::reward => {
@@ -134,13 +140,15 @@ pub(super) fn item(context: &Context, node: Node) -> Option<Item> {
             Some(Spanned { node: use_of(context, node)?, span })
         })?),
         Rule::seeds => Item::Seeds(expr(context, parts.next()?)?),
-        Rule::evaluate => Item::Evaluate {
-            doc,
-            name: name(context, parts.next()?),
-            settings: settings(context, parts.next())?,
-        },
+        Rule::evaluate => {
+            let (name, observe, settings) = changes(context, whole)?;
+            Item::Evaluate { doc, name, observe, settings }
+        }
         Rule::expect => Item::Expect(expectation(context, parts.next()?)?),
-        Rule::variant => variant(context, doc, whole)?,
+        Rule::variant => {
+            let (name, observe, settings) = changes(context, whole)?;
+            Item::Variant { doc, name, observe, settings }
+        }
         Rule::stage => Item::Stage(study::stage(context, doc, parts)?),
         Rule::sweep => Item::Sweep { doc, axes: each(context, whole, |node| study::axis(context, node))? },
         Rule::test => {
@@ -405,6 +413,11 @@ fn extern_decl(context: &Context, doc: String, mut parts: Parts) -> Option<Exter
         "controller" => ExternKind::Controller,
         "solid" => ExternKind::Solid,
         "filter" => ExternKind::Filter,
+        "room" => ExternKind::Room,
+        "lighting" => ExternKind::Lighting,
+        "camera" => ExternKind::Camera,
+        "landmark" => ExternKind::Landmark,
+        "localiser" => ExternKind::Localiser,
         _ => ExternKind::Body,
     };
     let name = name(context, parts.next()?);
@@ -427,7 +440,8 @@ fn setting(context: &Context, node: Node) -> Option<Assignment> {
     Some(Assignment { path, random, value: expr(context, parts.next()?)? })
 }
 
-fn variant(context: &Context, doc: String, node: Node) -> Option<Item> {
+/// The name of an evaluation or a variant, what it observes and what it sets.
+fn changes(context: &Context, node: Node) -> Option<(Name, Vec<Spanned<Item>>, Vec<Assignment>)> {
     let mut entries = each(context, node, Some)?.into_iter();
     let name = name(context, entries.next()?);
     let (mut observes, mut settings) = (Vec::new(), Vec::new());
@@ -438,7 +452,7 @@ fn variant(context: &Context, doc: String, node: Node) -> Option<Item> {
             _ => settings.push(setting(context, node)?),
         }
     }
-    Some(Item::Variant { doc, name, observe: observes, settings })
+    Some((name, observes, settings))
 }
 
 fn observe(context: &Context, node: Node) -> Option<Item> {
@@ -451,8 +465,9 @@ fn observation(context: &Context, node: Node) -> Option<ObserveItem> {
     let mut parts = Parts::of(node);
     parts.doc();
     let value = expr(context, parts.next()?)?;
+    let via = parts.of_rule(Rule::name).map(|node| name(context, node));
     let over = optional(parts.of_rule(Rule::over), |node| over(context, node))?;
-    Some(ObserveItem { value, over, settings: settings(context, parts.next())? })
+    Some(ObserveItem { value, over, settings: settings(context, parts.next())?, via })
 }
 
 fn term(context: &Context, node: Node) -> Option<RewardTerm> {
