@@ -205,9 +205,10 @@ impl Change<'_> {
 
     fn group(&mut self, setting: &Assignment, of: &str, name: &str, at: &Name) -> Refused {
         let kind = self.kind;
-        let found = self
-            .find(|item| matches!(item, Item::Agents(decl) | Item::Obstacles(decl) | Item::Landmarks(decl)
-                if decl.name.node == of));
+        let found = self.find(|item| {
+            matches!(item, Item::Agents(decl) | Item::Obstacles(decl) | Item::Landmarks(decl)
+                if decl.name.node == of)
+        });
         let Some(Item::Agents(decl) | Item::Obstacles(decl) | Item::Landmarks(decl)) = found else {
             return self.unknown(setting, &[of, name]);
         };

@@ -45,7 +45,8 @@ pub fn lower(hir: &Hir, units: &Units, sources: &Sources, problems: &mut Problem
         Some(seeds) => own.number(seeds)? as usize,
         None => SEEDS,
     };
-    let localisers = hir.localisers.iter().map(|localiser| own.localiser(localiser)).collect::<Option<_>>()?;
+    let localisers =
+        hir.localisers.iter().map(|localiser| own.localiser(localiser)).collect::<Option<_>>()?;
     let claims = hir.claims.iter().map(|claim| Claim {
         text: claim.text.clone(),
         kind: claim.kind.clone(),

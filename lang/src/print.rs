@@ -5,9 +5,9 @@ use std::fmt::Write;
 
 use crate::ast::{
     AgentsDecl, Assignment, Axis, BinaryOp, Call, DimExpr, EdgeDecl, EndItem, Expectation, ExpectationKind,
-    Expr, ExprAt, File, FormationDecl, FunctionDecl, Item, LetDecl, MotionDecl, Name,
-    ObserveItem, Over, Parameter, Reduction, ShapeDecl, ShapeSlots, Spanned, StageDecl, StateDecl, TestStep,
-    TypeExpr, UnaryOp, UnitExpr,
+    Expr, ExprAt, File, FormationDecl, FunctionDecl, Item, LetDecl, MotionDecl, Name, ObserveItem, Over,
+    Parameter, Reduction, ShapeDecl, ShapeSlots, Spanned, StageDecl, StateDecl, TestStep, TypeExpr, UnaryOp,
+    UnitExpr,
 };
 
 pub fn file(file: &File) -> String {
@@ -78,7 +78,9 @@ pub fn item(item: &Item) -> String {
         }
         Item::Compare(methods) => block("compare", methods.iter().map(|it| call(&it.node, false))),
         Item::Seeds(it) => format!("seeds {}", expr(it)),
-        Item::Evaluate { doc, name, observe, settings } => changes("evaluate", (doc, name), observe, settings),
+        Item::Evaluate { doc, name, observe, settings } => {
+            changes("evaluate", (doc, name), observe, settings)
+        }
         Item::Stage(it) => stage(it),
         Item::Variant { doc, name, observe, settings } => changes("variant", (doc, name), observe, settings),
         Item::Sweep { doc, axes } => block(&format!("{}sweep", self::doc(doc)), axes.iter().map(axis)),
@@ -90,7 +92,12 @@ pub fn item(item: &Item) -> String {
     }
 }
 
-fn changes(word: &str, (doc, name): (&str, &Name), observe: &[Spanned<Item>], settings: &[Assignment]) -> String {
+fn changes(
+    word: &str,
+    (doc, name): (&str, &Name),
+    observe: &[Spanned<Item>],
+    settings: &[Assignment],
+) -> String {
     let observe = observe.iter().map(|observe| item(&observe.node).replace('\n', "\n    "));
     let entries = observe.chain(settings.iter().map(assignment));
     block(&format!("{}{word} {}", self::doc(doc), name.node), entries)

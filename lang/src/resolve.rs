@@ -197,9 +197,7 @@ pub fn declared(item: &Item) -> Option<(Space, &Name)> {
         Item::Recording { name, .. } => (Space::Value, name),
         Item::Motion(decl) => (Space::Motion, &decl.name),
         Item::Shape(decl) => (Space::Shape, &decl.name),
-        Item::Extern(decl) => {
-            (Space::of(decl.kind), &decl.name)
-        }
+        Item::Extern(decl) => (Space::of(decl.kind), &decl.name),
         Item::Localiser { name, .. } => (Space::Localiser, name),
         Item::Preset { name, .. } => (Space::Preset, name),
         Item::Evaluate { name, .. } => (Space::Protocol, name),

@@ -61,6 +61,21 @@ fn filters() {
 }
 
 #[test]
+fn what_is_seen_and_what_looks() {
+    use mpgx_vision::declared;
+    for (kind, provided) in [
+        (ExternKind::Room, declared::ROOMS),
+        (ExternKind::Lighting, declared::LIGHTINGS),
+        (ExternKind::Camera, declared::CAMERAS),
+        (ExternKind::Landmark, declared::LANDMARKS),
+        (ExternKind::Localiser, declared::LOCALISERS),
+    ] {
+        let provided = provided.iter().map(|(name, settings)| ((*name).to_owned(), set(settings)));
+        assert_eq!(externs(kind), provided.collect());
+    }
+}
+
+#[test]
 fn controllers() {
     let provided = mpgx_sim::CONTROLLERS.iter().map(|name| {
         let settings = mpgx_sim::controller_settings(name).expect("a controller has a list of its settings");

@@ -4,7 +4,9 @@ use super::fits::Wanted;
 use super::obstacles::LIST_LENGTH;
 use super::settings::{GIVEN_TWICE, MISSING};
 use super::{Checker, Scope};
-use crate::ast::{self, AgentsDecl, Argument, Assignment, Expr as Ast, ExprAt, Item, Name, ObserveItem, Spanned};
+use crate::ast::{
+    self, AgentsDecl, Argument, Assignment, Expr as Ast, ExprAt, Item, Name, ObserveItem, Spanned,
+};
 use crate::case::Case;
 use crate::dim::Dim;
 use crate::hir::{Chosen, Control, Expr, Extern, Kind, Landmark, Localised, Localiser, Parameter, Type};
@@ -78,7 +80,8 @@ impl<'a> Checker<'a> {
         self.constants.slot = Some((1.0, size.unwrap_or(1) as f64));
         let at = self.landmark_setting(&mut scope, setting, &Type::Vector(self.units.base("length")));
         let plain = Type::Number(Dim::none());
-        let heading = settings.get("heading").map(|setting| self.landmark_setting(&mut scope, setting, &plain));
+        let heading =
+            settings.get("heading").map(|setting| self.landmark_setting(&mut scope, setting, &plain));
         self.constants.slot = None;
         Some(Landmark { name: decl.name.node.clone(), size, what, at, heading, span: decl.name.span })
     }
@@ -181,7 +184,8 @@ impl<'a> Checker<'a> {
                 false => format!("`{}` does not look at images", via.node),
             };
             let right = if looks { "camera" } else { "pose" };
-            let problem = Problem::error(&WRONG_LOCALISER, message).at(at, "").with(declared, "declared here");
+            let problem =
+                Problem::error(&WRONG_LOCALISER, message).at(at, "").with(declared, "declared here");
             self.report(problem.help(format!("write `{right}({}) via {}`", name.node, via.node)));
             return None;
         }
@@ -190,7 +194,9 @@ impl<'a> Checker<'a> {
         if looks && !camera {
             let problem = Problem::error(&NO_CAMERA, format!("`{}` has no camera", name.node));
             let problem = problem.at(name.span, "sees nothing").with(span, "has no `camera`");
-            self.report(problem.help("give the group one: `camera = pinhole()`, with `use std.sight.pinhole`"));
+            self.report(
+                problem.help("give the group one: `camera = pinhole()`, with `use std.sight.pinhole`"),
+            );
             return None;
         }
         if looks && !arena {
@@ -205,7 +211,9 @@ impl<'a> Checker<'a> {
 
     fn no_sight(&mut self, at: ast::Span) -> Option<Localised> {
         let problem = Problem::error(&BAD_SIGHT, "a localiser tells the poses of a group");
-        self.report(problem.at(at, "").help("write `camera(follower) via eyes` or `pose(follower) via blur`"));
+        self.report(
+            problem.at(at, "").help("write `camera(follower) via eyes` or `pose(follower) via blur`"),
+        );
         None
     }
 
@@ -269,11 +277,9 @@ impl<'a> Checker<'a> {
         let span = item.value.span.to(via.span);
         let problem = Problem::error(&SIGHT_IN_TRAINING, "a controller is trained on true poses");
         let text = self.sources.text(span).to_owned();
-        self.report(
-            problem
-                .at(span, "not known while it learns")
-                .help(format!("see how it does without them in an evaluation: `evaluate seen {{ observe {{ {text} }} }}`")),
-        );
+        self.report(problem.at(span, "not known while it learns").help(format!(
+            "see how it does without them in an evaluation: `evaluate seen {{ observe {{ {text} }} }}`"
+        )));
     }
 }
 

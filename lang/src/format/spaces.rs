@@ -104,7 +104,9 @@ impl Walk<'_> {
                 _ => true,
             };
         let infix = atom.kind == Kind::Symbol && !prefix && !matches!(text, "|" | ",");
-        let connective = CONNECTIVES.contains(&text) && !matches!(text, "if" | "not");
+        // Also one that is a keyword elsewhere: the `at` of landmarks.
+        let named = self.atoms.get(at + 1).is_some_and(|next| next.is("=") || next.is("~"));
+        let connective = !named && CONNECTIVES.contains(&text) && !matches!(text, "if" | "not");
         let goes_on = infix || before.wants_more() || (before.operand && (connective || text == "["));
 
         let mut this = Before { text, kind: atom.kind, operand: false, hugs: false, heads: false };
@@ -123,11 +125,11 @@ impl Walk<'_> {
                 this.operand = !matches!(self.open.pop(), Some(Open::Bracket { binds: true, .. }));
             }
             Kind::Word => {
-                let keyword = self.keywords.contains(text);
+                let keyword = !named && self.keywords.contains(text);
                 let begins = at == 0 || atom.breaks > 0 || before.text == "{";
                 this.heads = begins && (keyword || ITEM_WORDS.contains(&text));
                 // Two operands do not stand side by side: a keyword after one joins it to what follows.
-                let joins = CONNECTIVES.contains(&text) || (keyword && before.operand);
+                let joins = (!named && CONNECTIVES.contains(&text)) || (keyword && before.operand);
                 this.operand = !this.heads && !joins;
             }
             Kind::Symbol if closes_bar => {

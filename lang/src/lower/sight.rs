@@ -19,12 +19,14 @@ impl Lower<'_> {
             let what = self.extern_(landmark.what.as_ref()?)?;
             let places = self.constant(self.case.landmarks(landmark), landmark.span)?;
             let at = self.sources.place(landmark.span);
-            landmarks.extend(places.into_iter().enumerate().map(|(number, (position_m, heading_rad))| Landmark {
-                name: landmark.member(number),
-                what: what.clone(),
-                position_m,
-                heading_rad,
-                at: at.clone(),
+            landmarks.extend(places.into_iter().enumerate().map(|(number, (position_m, heading_rad))| {
+                Landmark {
+                    name: landmark.member(number),
+                    what: what.clone(),
+                    position_m,
+                    heading_rad,
+                    at: at.clone(),
+                }
             }));
         }
         Some(Some(Scenery { room, lighting, landmarks }))
@@ -59,10 +61,13 @@ pub fn one_camera_each(plan: &Plan, hir: &Hir, problems: &mut Problems) -> Optio
             if first != camera {
                 let name = hir.localisers.get(localised.via).map_or("", |localiser| localiser.name.as_str());
                 let message = format!("`{name}` would look through two kinds of camera");
-                let problem = Problem::error(&OTHER_CAMERAS, message).at(localised.span, "through one camera");
-                problems.push(problem.with(span, "through another").help(
-                    "give the groups equal cameras, or each its own `localiser`",
-                ));
+                let problem =
+                    Problem::error(&OTHER_CAMERAS, message).at(localised.span, "through one camera");
+                problems.push(
+                    problem
+                        .with(span, "through another")
+                        .help("give the groups equal cameras, or each its own `localiser`"),
+                );
                 right = None;
             }
         }

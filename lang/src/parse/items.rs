@@ -117,11 +117,9 @@ pub(super) fn item(context: &Context, node: Node) -> Option<Item> {
         Rule::agents => Item::Agents(agents(context, doc, parts)?),
         Rule::obstacles => Item::Obstacles(agents(context, doc, parts)?),
         Rule::landmarks => Item::Landmarks(agents(context, doc, parts)?),
-        Rule::localiser => Item::Localiser {
-            doc,
-            name: name(context, parts.next()?),
-            what: use_of(context, parts.next()?)?,
-        },
+        Rule::localiser => {
+            Item::Localiser { doc, name: name(context, parts.next()?), what: use_of(context, parts.next()?)? }
+        }
         Rule::require => Item::Require(expr(context, parts.next()?)?),
         Rule::observe => observe(context, whole)?,
         Rule::reward => {

@@ -84,7 +84,7 @@ pub(crate) const ITEM_WORDS: &[&str] = &[
 /// The words after which, or with which, an item goes on.
 pub(crate) const CONNECTIVES: &[&str] = &[
     "about", "and", "at", "beats", "costs", "else", "for", "if", "in", "not", "of", "on", "or", "over",
-    "then", "until", "when", "with", "within",
+    "then", "until", "via", "when", "with", "within",
 ];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

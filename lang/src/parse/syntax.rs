@@ -168,7 +168,7 @@ fn hint(positives: &[Rule], before: &str, found: &str) -> Option<String> {
 
 /// Words that continue an item, so that no `*` is missing before them.
 const CONTEXTUAL: &[&str] =
-    &["about", "at", "beats", "costs", "else", "for", "if", "in", "of", "on", "then", "when", "with"];
+    &["about", "at", "beats", "costs", "else", "for", "if", "in", "of", "on", "then", "via", "when", "with"];
 
 /// Whether a word is one of the language, which no name may be.
 fn is_word(word: &str) -> bool {

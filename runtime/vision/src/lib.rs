@@ -8,6 +8,7 @@ mod camera;
 mod cast;
 mod colour;
 pub mod dataset;
+pub mod declared;
 mod exposure;
 mod grain;
 mod image;

@@ -123,6 +123,12 @@ pub(crate) enum Part {
 pub enum ConfigError {
     #[error("{what} is {value}; it must be {must}")]
     OutOfRange { what: &'static str, value: f64, must: &'static str },
+
+    #[error("there is no {kind} `{name}`; known: {known}")]
+    Unknown { kind: &'static str, name: String, known: String },
+
+    #[error("`{name}` of `{of}` must be {must}")]
+    Setting { of: String, name: &'static str, must: &'static str },
 }
 
 /// Checks that `value` is finite and in `low..=high`.
@@ -226,7 +232,7 @@ impl Scene {
 }
 
 impl WorldConfig {
-    fn check(&self) -> Result<(), ConfigError> {
+    pub(crate) fn check(&self) -> Result<(), ConfigError> {
         for (what, side) in
             [("the room's length along x", self.room_x_m), ("the room's length along y", self.room_y_m)]
         {
