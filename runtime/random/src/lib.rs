@@ -37,6 +37,8 @@ pub enum Purpose {
     Camera = 12,
     /// Changes made to images for training (step: the image).
     Augment = 13,
+    /// Noise on the poses that robots are told (part: the agent).
+    Localiser = 14,
 }
 
 /// The name of a stream. Training episodes have `protocol` 0, held-out episodes of protocol k have k + 1

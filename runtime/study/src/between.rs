@@ -183,7 +183,14 @@ mod tests {
                 records.insert(format!("{}-{seed:03}", learner.label), record);
             }
         }
-        Study { plan, source: Vec::new(), records, timings: BTreeMap::new(), summary: None }
+        Study {
+            plan,
+            source: Vec::new(),
+            records,
+            timings: BTreeMap::new(),
+            localisers: BTreeMap::new(),
+            summary: None,
+        }
     }
 
     fn spread(seed: u32) -> f64 {

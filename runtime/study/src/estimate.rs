@@ -146,7 +146,8 @@ fn look(plan: &Plan, worlds: &Worlds, mut trainer: Trainer) -> f64 {
     let mut held_out = 0.0;
     for (protocol, task) in plan.protocols.iter().zip(&worlds.held_out) {
         let (began, episodes) = (Instant::now(), protocol.episodes.min(LOOKED_AT));
-        let seen = evaluate(task, &mut driver, EpisodeKey::default(), episodes, || began.elapsed() > LOOK);
+        let seen =
+            evaluate(task, None, &mut driver, EpisodeKey::default(), episodes, || began.elapsed() > LOOK);
         let whole = protocol.episodes as f64 / episodes.max(1) as f64;
         held_out += if seen.is_ok() { whole * began.elapsed().as_secs_f64() } else { 0.0 };
     }

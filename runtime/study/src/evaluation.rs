@@ -5,7 +5,8 @@ use mpgx_learn::Policy;
 use mpgx_sim::{Controller, Episode, EpisodeKey, Fault, Mode, SimError, Task, controller};
 
 use crate::error::{Halt, no_start};
-use crate::record::{Evaluation, Trajectory};
+use crate::record::{Evaluation, Told, Trajectory};
+use crate::sight::{Belief, ROOMS_SIDE_BY_SIDE, Sight};
 use crate::team;
 
 /// Episodes that are stepped side by side, so that the policy sees their states as one batch.
@@ -23,26 +24,39 @@ pub(crate) enum Driver<'a> {
     Controller(&'a Extern),
 }
 
-/// Runs the episodes of one protocol. `key` tells which; its episode number is that of the first.
+/// Runs the episodes of one protocol. `key` tells which; its episode number is that of the first. With a `sight` robots act
+/// on what they are told of their poses; controllers that know everything do not.
 pub(crate) fn evaluate(
     task: &Task,
+    sight: Option<&Sight>,
     driver: &mut Driver,
     key: EpisodeKey,
     episodes: usize,
     interrupted: impl Fn() -> bool,
 ) -> Result<Evaluation, Halt> {
+    let sight = sight.filter(|_| !driver.knows_all());
     let mut evaluation = Evaluation::default();
+    evaluation.told = sight.map(|sight| {
+        let agents = sight.agents().map(|agent| agent as u32).collect();
+        Told { agents, ..Told::default() }
+    });
+    let side_by_side = if sight.is_some_and(Sight::has_rooms) { ROOMS_SIDE_BY_SIDE } else { SIDE_BY_SIDE };
     let mut done = 0;
     while done < episodes {
-        let count = SIDE_BY_SIDE.min(episodes - done);
+        let count = side_by_side.min(episodes - done);
         let mut runs = (done..done + count)
-            .map(|episode| Run::begin(task, EpisodeKey { episode: key.episode + episode as u32, ..key }))
-            .collect::<Result<Vec<Run>, SimError>>()
-            .map_err(no_start)?;
+            .map(|episode| {
+                Run::begin(task, sight, EpisodeKey { episode: key.episode + episode as u32, ..key })
+            })
+            .collect::<Result<Vec<Run>, Halt>>()?;
         let mut pilots = Pilots::new(driver, task, count).map_err(no_start)?;
         for _ in 0..task.horizon() {
             if interrupted() {
                 return Err(Halt::Interrupted);
+            }
+            if let Some(sight) = sight {
+                let sides = runs.iter_mut().filter_map(|run| Some((run.belief.as_mut()?, &run.episode)));
+                sight.tell(task, &mut sides.collect::<Vec<_>>())?;
             }
             pilots.command(task, &runs);
             for (run, action) in runs.iter_mut().zip(pilots.actions.chunks_exact(task.action_len())) {
@@ -53,6 +67,13 @@ pub(crate) fn evaluate(
         done += count;
     }
     Ok(evaluation)
+}
+
+impl Driver<'_> {
+    /// Whether it is what others are measured by, and so is not misled by a localiser.
+    fn knows_all(&self) -> bool {
+        matches!(self, Driver::Controller(what) if ["oracle", "clairvoyant"].contains(&what.name.as_str()))
+    }
 }
 
 /// Who commands the episodes that run side by side.
@@ -85,14 +106,14 @@ impl<'a> Pilots<'a> {
             Kind::Policy(policy) => {
                 let rows = team::members(task);
                 for (run, states) in runs.iter().zip(self.states.chunks_exact_mut(rows * task.state_len())) {
-                    team::observe(task, &run.episode, states);
+                    team::observe(task, run.believed(), states);
                 }
                 policy.act(&self.states, rows * runs.len(), &mut self.actions);
             }
             Kind::Controllers(controllers) => {
                 let actions = self.actions.chunks_exact_mut(task.action_len());
                 for ((run, controller), action) in runs.iter().zip(controllers).zip(actions) {
-                    controller.command(task, &run.episode, action);
+                    controller.command(task, run.believed(), action);
                 }
             }
         }
@@ -102,6 +123,8 @@ impl<'a> Pilots<'a> {
 /// One held-out episode and what is measured of it.
 struct Run {
     episode: Episode,
+    /// Of robots that do not know their poses.
+    belief: Option<Belief>,
     total: f64,
     terms: Vec<f64>,
     /// Sum of the distances over the second half.
@@ -115,11 +138,13 @@ struct Run {
 }
 
 impl Run {
-    fn begin(task: &Task, key: EpisodeKey) -> Result<Run, SimError> {
+    fn begin(task: &Task, sight: Option<&Sight>, key: EpisodeKey) -> Result<Run, Halt> {
         let mut episode = task.episode();
-        task.reset(&mut episode, key)?;
+        task.reset(&mut episode, key).map_err(no_start)?;
+        let recorded = key.episode < RECORDED;
         let mut run = Run {
             episode,
+            belief: sight.map(|sight| sight.begin(task, key, recorded)).transpose()?,
             total: 0.0,
             terms: vec![0.0; task.term_count()],
             error_m: 0.0,
@@ -128,14 +153,22 @@ impl Run {
             outside_steps: 0,
             hit_steps: 0,
             late_hit_steps: 0,
-            trajectory: (key.episode < RECORDED).then(Trajectory::default),
+            trajectory: recorded.then(Trajectory::default),
         };
         run.record_frame(task);
         Ok(run)
     }
 
+    /// The episode as those see it who act.
+    fn believed(&self) -> &Episode {
+        self.belief.as_ref().map_or(&self.episode, |belief| &belief.episode)
+    }
+
     fn step(&mut self, task: &Task, action: &[f32]) -> Result<(), Fault> {
-        let step = task.step(&mut self.episode, action, Mode::Evaluate);
+        let step = match &self.belief {
+            Some(belief) => task.step_believing(&mut self.episode, &belief.episode, action, Mode::Evaluate),
+            None => task.step(&mut self.episode, action, Mode::Evaluate),
+        };
         if let Some(fault) = step.fault {
             return Err(*fault);
         }
@@ -187,6 +220,9 @@ impl Run {
         evaluation.hit_steps.push(self.hit_steps);
         evaluation.late_hit_steps.push(self.late_hit_steps);
         evaluation.trajectories.extend(self.trajectory);
+        if let (Some(belief), Some(told)) = (self.belief, &mut evaluation.told) {
+            belief.finish(told);
+        }
     }
 }
 
@@ -219,7 +255,7 @@ mod tests {
     fn by_oracle(plan: &Plan, episodes: usize) -> Evaluation {
         let task = Task::new(plan, &plan.world).unwrap();
         let oracle = plan.controllers[0].what.clone();
-        match evaluate(&task, &mut Driver::Controller(&oracle), KEY, episodes, || false) {
+        match evaluate(&task, None, &mut Driver::Controller(&oracle), KEY, episodes, || false) {
             Ok(evaluation) => evaluation,
             Err(_) => panic!("it did not end"),
         }
@@ -296,7 +332,7 @@ mod tests {
         assert_eq!((policy.state_len(), policy.action_len()), (2, 2));
         for (task, members) in worlds.held_out.iter().zip([2, 3]) {
             let mut driver = Driver::Policy(policy.clone());
-            let Ok(evaluation) = evaluate(task, &mut driver, KEY, 2, || false) else {
+            let Ok(evaluation) = evaluate(task, None, &mut driver, KEY, 2, || false) else {
                 panic!("it did not end")
             };
             let Trajectory { agents, slots, actions, .. } = &evaluation.trajectories[1];

@@ -3,6 +3,7 @@
 //! ```text
 //! plan.ron  plan.hash  source/…        what runs, frozen; `plan.hash` is written last and tells what it is
 //! cells/<id>/record.bin                the finished cell: written last and never again
+//! localisers/<name>/…                  networks that tell poses
 //! cells/<id>/policy.bin  timing.json   the trained policy; how long it took
 //! cells/<id>/checkpoint.*  replay.log  of an unfinished cell
 //! study.json                           the summary of a finished study
@@ -16,7 +17,8 @@ use mpgx_lang::plan::Plan;
 use crate::cell::{Cell, CellId, cells};
 use crate::error::StudyError;
 use crate::hash::{Identity, study_hash};
-use crate::record::{CellRecord, Timing};
+use crate::localisers;
+use crate::record::{CellRecord, LocaliserRecord, Timing};
 use crate::sealed::{self, Damage, Kind};
 use crate::storage::{Storage, StorageError};
 use crate::summary::Summary;
@@ -26,7 +28,7 @@ const IDENTITY: &str = "plan.hash";
 const SOURCE: &str = "source";
 const SUMMARY: &str = "study.json";
 
-const RECORD: Kind = Kind { magic: *b"mpgx-rec", format: 2 };
+const RECORD: Kind = Kind { magic: *b"mpgx-rec", format: 3 };
 const POLICY: Kind = Kind { magic: *b"mpgx-pol", format: 2 };
 
 /// A study as it lies in its folder. An unfinished one has some of its records and no summary.
@@ -37,6 +39,8 @@ pub struct Study {
     pub source: Vec<(String, String)>,
     pub records: BTreeMap<CellId, CellRecord>,
     pub timings: BTreeMap<CellId, Timing>,
+    /// The networks that tell poses, by name.
+    pub localisers: BTreeMap<String, LocaliserRecord>,
     pub summary: Option<Summary>,
 }
 
@@ -52,13 +56,16 @@ pub fn load(storage: &dyn Storage) -> Result<Study, StudyError> {
         timings.insert(cell.id.clone(), read_timing(storage, &cell)?);
         records.insert(cell.id, record);
     }
+    let localisers = localisers::read_records(storage, &plan, &identity)?;
     let summary = storage.read_if_there(SUMMARY)?;
     let summary = summary.and_then(|bytes| serde_json::from_slice::<Summary>(&bytes).ok());
     let summary = match summary {
-        Some(summary) if study_hash(&plan, &records, &summary)? == summary.study_hash => Some(summary),
+        Some(summary) if study_hash(&plan, &records, &localisers, &summary)? == summary.study_hash => {
+            Some(summary)
+        }
         _ => None,
     };
-    Ok(Study { plan, source, records, timings, summary })
+    Ok(Study { plan, source, records, timings, localisers, summary })
 }
 
 /// The policy that a learner's cell ended with, as [`mpgx_learn::Policy`] reads it.

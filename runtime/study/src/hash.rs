@@ -6,7 +6,7 @@ use mpgx_lang::plan::Plan;
 
 use crate::cell::CellId;
 use crate::error::StudyError;
-use crate::record::CellRecord;
+use crate::record::{CellRecord, LocaliserRecord};
 use crate::sealed::NUMERICS_VERSION;
 use crate::summary::Summary;
 
@@ -31,6 +31,7 @@ impl Identity {
 pub fn study_hash(
     plan: &Plan,
     records: &BTreeMap<CellId, CellRecord>,
+    localisers: &BTreeMap<String, LocaliserRecord>,
     statistics: &Summary,
 ) -> Result<String, StudyError> {
     let mut hasher = blake3::Hasher::new();
@@ -44,6 +45,9 @@ pub fn study_hash(
     add(mpgx_lang::meaning_hash(plan).as_bytes());
     for (id, record) in records {
         add(id.as_bytes());
+        add(&postcard::to_stdvec(record).map_err(unwritable)?);
+    }
+    for record in localisers.values() {
         add(&postcard::to_stdvec(record).map_err(unwritable)?);
     }
     let Summary { seeds, failures, protocols, comparisons, expect, .. } = statistics;
@@ -64,8 +68,9 @@ mod tests {
         let hash = sample::hash_of(&disk, &sample::plan());
         let study = crate::load(&disk).unwrap();
         let summary = study.summary.unwrap();
-        let of =
-            |records: &BTreeMap<_, _>, summary: &Summary| study_hash(&study.plan, records, summary).unwrap();
+        let of = |records: &BTreeMap<_, _>, summary: &Summary| {
+            study_hash(&study.plan, records, &study.localisers, summary).unwrap()
+        };
         assert_eq!(of(&study.records, &summary), hash);
 
         let mut records = study.records.clone();

@@ -1,7 +1,7 @@
 //! What a run tells while it goes on.
 
 use crate::cell::Cell;
-use crate::record::{CellRecord, Timing};
+use crate::record::{CellRecord, LocaliserRecord, Timing};
 
 /// Listens to a run; called from several threads. Every function may be left out.
 pub trait Progress: Sync {
@@ -16,6 +16,18 @@ pub trait Progress: Sync {
 
     /// The cell's record is on disk.
     fn cell_finished(&self, _cell: &Cell, _record: &CellRecord, _timing: &Timing) {}
+
+    /// Training of a localiser begins; `steps` of `of` were done by an earlier run.
+    fn localiser_started(&self, _name: &str, _steps: u64, _of: u64) {}
+
+    /// So many steps of its training are done; the mean absolute error of position in the last, % of the range.
+    fn localiser_step(&self, _name: &str, _steps: u64, _of: u64, _error_percent: f64) {}
+
+    /// The localiser's record is on disk, or was there already.
+    fn localiser_finished(&self, _record: &LocaliserRecord) {}
+
+    /// Something the user should know of the whole run.
+    fn remark(&self, _text: &str) {}
 
     /// Something the user should know, such as a damaged checkpoint that was passed over.
     fn warning(&self, _cell: &Cell, _text: &str) {}

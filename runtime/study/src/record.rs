@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 
+pub use mpgx_vision::measure::Evaluation as LocalisationTable;
 use serde::{Deserialize, Serialize};
 
 /// One cell: a method trained with one seed, or a controller (seed 0).
@@ -94,6 +95,22 @@ pub struct Evaluation {
     pub late_hit_steps: Vec<u32>,
     /// The first few episodes, whole, for playback.
     pub trajectories: Vec<Trajectory>,
+    /// Where robots do not know their poses: what they were told.
+    pub told: Option<Told>,
+}
+
+/// What localisers told robots of their poses. One entry of each column an episode.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Told {
+    /// Who was told, as indices of all agents.
+    pub agents: Vec<u32>,
+    /// Mean distance of the place that was told from the true one, over these agents and all steps, m.
+    pub position_error_m: Vec<f64>,
+    /// Mean angle between the heading that was told and the true one, rad.
+    pub heading_error_rad: Vec<f64>,
+    /// Of the recorded episodes, frame-major without the last frame: x, y (m) and heading (rad) that each of `agents` was
+    /// told, as [`Trajectory::agents`] has the true ones.
+    pub poses: Vec<Vec<[f32; 3]>>,
 }
 
 /// One episode, `horizon + 1` frames (the start first).
@@ -111,6 +128,27 @@ pub struct Trajectory {
     pub actions: Vec<f32>,
     /// Step-major: colliding pairs.
     pub collisions: Vec<u16>,
+}
+
+/// A network that was trained to tell poses from images, measured on trials that it has not seen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LocaliserRecord {
+    /// Name in the Plan.
+    pub name: String,
+    /// BLAKE3 of the network's file.
+    pub weights: String,
+    pub parameters: u64,
+    /// Images that were learnt from, repetitions counted.
+    pub images: u64,
+    /// Steps done at the end of each entry of the course of its training, and the mean absolute errors since the entry
+    /// before: of position, orientation and distances to landmarks, % of their ranges.
+    pub steps: Vec<u64>,
+    pub errors_percent: Vec<[f64; 3]>,
+    pub network: LocalisationTable,
+    /// The pose of the most similar image known.
+    pub retrieval: LocalisationTable,
+    /// Going on at constant velocity from poses that are told every five seconds.
+    pub reckoning: LocalisationTable,
 }
 
 /// How long a cell took. Kept beside the record, never hashed.

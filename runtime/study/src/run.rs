@@ -10,6 +10,7 @@ use crate::cell::{Cell, cells};
 use crate::error::StudyError;
 use crate::folder::{self, Study};
 use crate::hash::{Identity, study_hash};
+use crate::localisers;
 use crate::owner::{self, Owner};
 use crate::places;
 use crate::progress::Progress;
@@ -85,6 +86,7 @@ pub(crate) fn run_in_order(
     arrange: impl FnOnce(&mut Vec<Cell>),
 ) -> Result<Outcome, StudyError> {
     Worlds::new(plan)?;
+    localisers::check(plan)?;
     cells(plan)?;
     let (plan, source) = places::without_folder(plan, source)?;
     let study = Identity::of(&plan, options.master);
@@ -94,8 +96,12 @@ pub(crate) fn run_in_order(
     let mut todo = cells(&plan)?;
     let all = todo.len();
     arrange(&mut todo);
+    let Some(tellers) = localisers::prepare(&plan, &study, storage, options, progress)? else {
+        return Ok(Outcome::Interrupted { finished: 0, cells: all });
+    };
     let stop = AtomicBool::new(false);
-    let work = Work { plan: &plan, worlds: Worlds::new(&plan)?, study, storage, options, progress, stop };
+    let worlds = Worlds::new(&plan)?;
+    let work = Work { plan: &plan, worlds, tellers, study, storage, options, progress, stop };
     let finished = all_cells(&work, &todo, options.threads)?;
     if finished < all {
         return Ok(Outcome::Interrupted { finished, cells: all });
@@ -106,7 +112,7 @@ pub(crate) fn run_in_order(
         version: env!("CARGO_PKG_VERSION").to_string(),
         numerics_version: NUMERICS_VERSION,
         meaning_hash: mpgx_lang::meaning_hash(&study.plan),
-        study_hash: study_hash(&study.plan, &study.records, &summary)?,
+        study_hash: study_hash(&study.plan, &study.records, &study.localisers, &summary)?,
         ..summary
     };
     folder::write_summary(storage, &summary)?;

@@ -19,6 +19,7 @@ use crate::hash::Identity;
 use crate::progress::Progress;
 use crate::record::{CellRecord, Evaluation, Failure, Timing, Training};
 use crate::run::Options;
+use crate::sight::{Sight, Teller};
 use crate::storage::Storage;
 use crate::training::Trainer;
 use crate::worlds::Worlds;
@@ -30,6 +31,8 @@ const MOST_SECONDS: f64 = 5.0;
 pub(crate) struct Work<'a> {
     pub plan: &'a Plan,
     pub worlds: Worlds,
+    /// In the order of the Plan's localisers.
+    pub tellers: Vec<Teller>,
     pub study: Identity,
     pub storage: &'a dyn Storage,
     pub options: &'a Options,
@@ -155,7 +158,12 @@ impl Work<'_> {
         let mut protocols = BTreeMap::new();
         for (number, (protocol, task)) in (1..).zip(self.plan.protocols.iter().zip(&self.worlds.held_out)) {
             let key = EpisodeKey { master: self.options.master, protocol: number, seed: 0, episode: 0 };
-            let evaluation = evaluate(task, &mut driver, key, protocol.episodes, || self.is_interrupted())?;
+            let world = protocol.world.as_deref().unwrap_or(&self.plan.world);
+            let sight = Sight::new(self.plan, world, &self.tellers)
+                .map_err(|cause| StudyError::Plan { cause, at: protocol.at.clone() })?;
+            let interrupted = || self.is_interrupted();
+            let evaluation =
+                evaluate(task, sight.as_ref(), &mut driver, key, protocol.episodes, interrupted)?;
             protocols.insert(protocol.name.clone(), evaluation);
         }
         Ok(protocols)

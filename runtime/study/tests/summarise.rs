@@ -56,6 +56,7 @@ fn evaluation(returned: f64, error_m: f64) -> Evaluation {
         hit_steps: vec![2, 5],
         late_hit_steps: vec![0, 1],
         trajectories: vec![],
+        told: None,
     }
 }
 

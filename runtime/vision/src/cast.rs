@@ -85,11 +85,11 @@ impl Scene {
     fn movers(&self, shot: &Shot, later_s: f64, solids: &mut Vec<Solid>) {
         solids.clear();
         for (robot, model) in shot.robots.iter().zip(self.robots.iter().cycle()) {
-            let Pose { x_m, y_m, heading_rad } = robot.at(later_s);
-            let from = shot.camera.at(later_s);
-            if libm::hypot(x_m - from.x_m, y_m - from.y_m) < INSIDE_M {
+            let (from, to) = (shot.camera.pose, robot.pose);
+            if libm::hypot(to.x_m - from.x_m, to.y_m - from.y_m) < INSIDE_M {
                 continue;
             }
+            let Pose { x_m, y_m, heading_rad } = robot.at(later_s);
             let (sin, cos) = libm::sincos(heading_rad);
             let turn = [cos as f32, sin as f32];
             solids.extend(model.iter().map(|solid| solid.placed([x_m as f32, y_m as f32], turn)));

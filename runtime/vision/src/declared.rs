@@ -33,7 +33,10 @@ pub const LANDMARKS: Names = &[("books", &["height"]), ("robot", &["height"])];
 
 /// `resnet` is trained with the feature `vision`.
 pub const LOCALISERS: Names = &[
-    ("resnet", &["layers", "channels", "stem", "orientation", "weighting", "steps", "batch", "rate", "seed"]),
+    (
+        "resnet",
+        &["layers", "channels", "stem", "orientation", "bins", "weighting", "steps", "batch", "rate", "seed"],
+    ),
     ("noisy", &["position", "heading"]),
 ];
 
@@ -103,12 +106,13 @@ pub fn pose_noise(localiser: &Extern) -> Result<Option<PoseNoise>, ConfigError> 
     Ok(Some(PoseNoise { position_m: what.number("position")?, heading_rad: what.number("heading")? }))
 }
 
-/// The training of a `resnet` that looks at square images of so many pixels a side.
+/// The training of a `resnet` that looks at square images of so many pixels a side, rendered anew.
 #[cfg(feature = "vision")]
 pub fn train_config(
     localiser: &Extern,
     pixels: usize,
 ) -> Result<crate::network::TrainConfig, crate::network::NetworkError> {
+    use crate::augment::AugmentConfig;
     use crate::network::{Orientation, ResNetConfig, Stem, TrainConfig, Weighting};
 
     let what = Declared::new("localiser", &LOCALISERS[..1], localiser)?;
@@ -124,13 +128,14 @@ pub fn train_config(
             "orientation",
             &[("heading", Orientation::Heading), ("quaternion", Orientation::Quaternion)],
         )?,
+        bins: what.count("bins")? as usize,
         weighting: what
             .one_of("weighting", &[("fixed", Weighting::default()), ("learnt", Weighting::Learnt)])?,
         steps: what.count("steps")?,
         batch: what.count("batch")? as usize,
         learning_rate: what.number("rate")?,
         seed: what.count("seed")?,
-        ..TrainConfig::default()
+        augment: AugmentConfig::NONE,
     };
     config.check()?;
     Ok(config)

@@ -208,3 +208,17 @@ fn what_cannot_be_is_told() {
         "the speed along the path is 0; it must be 0.01 to 10 m/s"
     );
 }
+
+/// It drives in and out of the distance at which it would be looked out of, while the shutter is open.
+#[test]
+fn a_robot_at_the_camera_does_not_hide_its_view() {
+    let scene = Scene::new(&WorldConfig::default(), &CameraConfig::default(), TimeOfDay::Afternoon, KEY).unwrap();
+    let camera = Moving::still(at(0.0, 0.0, 0.0).pose);
+    let near = |x_m: f64, speed: f64| Moving { velocity_mps: [speed, 0.0], ..at(x_m, 0.0, 0.0) };
+    let alone = take(&scene, camera, &[], 0.0);
+    assert_eq!(take(&scene, camera, &[near(0.2, 0.0)], 0.0), alone);
+    for speed in [-20.0, 20.0] {
+        assert_eq!(take(&scene, camera, &[near(0.249, speed)], 0.0), alone);
+        assert_ne!(take(&scene, camera, &[near(0.251, speed)], 0.0), alone);
+    }
+}

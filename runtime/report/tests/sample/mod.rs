@@ -54,7 +54,7 @@ impl Sample {
     /// The same as it is read from a folder.
     pub fn finished(self) -> Study {
         let Sample { plan, source, records, timings, summary } = self;
-        Study { plan, source, records, timings, summary: Some(summary) }
+        Study { plan, source, records, timings, localisers: BTreeMap::new(), summary: Some(summary) }
     }
 
     pub fn input(&self) -> Input<'_> {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use mpgx_lang::plan::{Plan, Protocol};
 
 use super::{methods, records_of};
-use crate::record::{CellRecord, Evaluation};
+use crate::record::{CellRecord, Evaluation, Told};
 use crate::statistics::mean;
 
 /// All samples of a study.
@@ -88,6 +88,13 @@ fn metrics(plan: &Plan, protocol: &Protocol, records: &BTreeMap<String, CellReco
     if world.groups.iter().any(|group| group.solid.is_some()) {
         metrics.push(("hit_episodes".into(), Box::new(|held_out| share(&held_out.hit_steps))));
         metrics.push(("late_hit_episodes".into(), Box::new(|held_out| share(&held_out.late_hit_steps))));
+    }
+    if !world.localised.is_empty() {
+        let of = |column: fn(&Told) -> &Vec<f64>| -> Value {
+            Box::new(move |held_out| held_out.told.as_ref().map_or(f64::NAN, |told| mean(column(told))))
+        };
+        metrics.push(("position_error_m".into(), of(|told| &told.position_error_m)));
+        metrics.push(("heading_error_rad".into(), of(|told| &told.heading_error_rad)));
     }
     for (k, term) in world.reward.iter().enumerate() {
         let sum_of_term = move |terms: &Vec<f64>| terms.get(k).copied().unwrap_or(f64::NAN);

@@ -57,6 +57,12 @@ pub struct Weights {
 }
 
 impl Weights {
+    /// How many numbers are learnt.
+    pub fn parameters(&self) -> u64 {
+        let layout = self.record.training.network.layout(self.record.head.numbers());
+        layout.iter().filter(|slot| slot.trained()).map(|slot| slot.count() as u64).sum()
+    }
+
     /// Writes the file whole or not at all.
     pub fn write(&self, path: &Path) -> Result<(), NetworkError> {
         let io = |source| NetworkError::Io { path: path.into(), source };
