@@ -212,8 +212,8 @@ fn what_cannot_be_is_told() {
 /// It drives in and out of the distance at which it would be looked out of, while the shutter is open.
 #[test]
 fn a_robot_at_the_camera_does_not_hide_its_view() {
-    let scene = Scene::new(&WorldConfig::default(), &CameraConfig::default(), TimeOfDay::Afternoon, KEY).unwrap();
-    let camera = Moving::still(at(0.0, 0.0, 0.0).pose);
+    let scene = Scene::new(&empty(), &exact(), TimeOfDay::Afternoon, key(0)).unwrap();
+    let camera = at(0.0, 0.0, 0.0);
     let near = |x_m: f64, speed: f64| Moving { velocity_mps: [speed, 0.0], ..at(x_m, 0.0, 0.0) };
     let alone = take(&scene, camera, &[], 0.0);
     assert_eq!(take(&scene, camera, &[near(0.2, 0.0)], 0.0), alone);
