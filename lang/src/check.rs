@@ -343,6 +343,7 @@ impl<'a> Checker<'a> {
                 );
             }
         }
+        self.unseen();
         let imports = self.program.imports();
         for (_, item) in self.main_items().filter(|(_, item)| matches!(item.node, Item::Use { .. })) {
             let inside = |at: &Span| (item.span.start..item.span.end).contains(&at.start);

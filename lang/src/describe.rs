@@ -1,7 +1,7 @@
 //! What the checker found out, for people and golden files.
 
 use crate::check::units::Units;
-use crate::hir::{Control, Expr, Extern, Hir, Kind, Set, TestStep, Type};
+use crate::hir::{Chosen, Control, Expr, Extern, Hir, Kind, Localised, Set, TestStep, Type};
 use crate::plan::ClaimKind;
 
 /// Every parameter, setting, observation, term and end with its type.
@@ -18,6 +18,17 @@ pub fn describe(hir: &Hir, units: &Units) -> String {
     for (name, value) in [("dt", &world.dt), ("horizon", &world.horizon), ("safety", &world.safety)] {
         text.typed(0, &format!("world.{name}"), value.as_ref());
     }
+    text.chosen(0, "world.room", &world.room);
+    text.chosen(0, "world.lighting", &world.lighting);
+    for landmark in &world.landmarks {
+        let size = landmark.size.map_or(String::new(), |size| format!("[{size}]"));
+        text.line(0, format!("landmark {}{size}", landmark.name));
+        if let Some(what) = &landmark.what {
+            text.provided(1, "what", what);
+        }
+        text.typed(1, "at", Some(&landmark.at));
+        text.typed(1, "heading", landmark.heading.as_ref());
+    }
     for group in &world.groups {
         text.line(0, format!("group {}[{}]", group.name, group.size));
         if let Some(body) = &group.body {
@@ -25,6 +36,7 @@ pub fn describe(hir: &Hir, units: &Units) -> String {
         }
         text.typed(1, "arena", group.arena.as_ref());
         text.typed(1, "speed", group.speed.as_ref());
+        text.chosen(1, "camera", &group.camera);
         match &group.control {
             Some(Control::Still) => text.line(1, "still".to_owned()),
             Some(Control::Learned) => text.line(1, "control learned".to_owned()),
@@ -75,9 +87,20 @@ pub fn describe(hir: &Hir, units: &Units) -> String {
     for controller in &hir.controllers {
         text.provided(0, "controller", &controller.what);
     }
+    for localiser in &hir.localisers {
+        text.line(0, format!("localiser {}", localiser.name));
+        if let Some(what) = &localiser.what {
+            text.provided(1, "what", what);
+        }
+    }
     for protocol in &hir.protocols {
         let changes = if protocol.changed.is_some() { " with changes" } else { "" };
         text.line(0, format!("evaluate {}{changes}", protocol.name));
+        for Localised { group, via, .. } in protocol.changed.iter().flat_map(|hir| &hir.world.localised) {
+            let group = world.groups.get(*group).map_or("?", |group| group.name.as_str());
+            let via = hir.localisers.get(*via).map_or("?", |localiser| localiser.name.as_str());
+            text.line(1, format!("poses of {group} via {via}"));
+        }
     }
     for stage in &hir.stages {
         text.line(0, format!("stage {} until {:?} within {:?}", stage.name, stage.until, stage.most_steps));
@@ -139,6 +162,12 @@ impl Text<'_> {
                 let actual = actual.as_ref().map(|actual| format!(" of {}", self.type_(&actual.type_)));
                 self.line(1, format!("check{} {text}", actual.unwrap_or_default()));
             }
+        }
+    }
+
+    fn chosen(&mut self, depth: usize, kind: &str, chosen: &Option<Chosen>) {
+        if let Some(what) = chosen.as_ref().and_then(|chosen| chosen.what.as_ref()) {
+            self.provided(depth, kind, what);
         }
     }
 

@@ -84,7 +84,7 @@ fn elements(leaves: &Leaves) -> BTreeSet<&[String]> {
 /// What is most worth saying of a thing.
 fn gist(leaves: &Leaves, element: &[String]) -> String {
     let of = |field: &str| leaves.get(&[element, &[field.to_owned()]].concat());
-    let gist = leaves.get(element).or(of("value")).or(of("when"));
+    let gist = leaves.get(element).or(of("value")).or(of("when")).or(of("name"));
     gist.map_or(String::new(), |leaf| leaf.shown.clone())
 }
 
@@ -106,6 +106,8 @@ fn words(path: &[String]) -> String {
         ("slots", "slot"),
         ("states", "state"),
         ("tracks", "track"),
+        ("localisers", "localiser"),
+        ("localised", "poses of"),
     ];
     #[rustfmt::skip]
     const UNSAID: &[&str] = &[

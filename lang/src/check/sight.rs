@@ -284,6 +284,38 @@ impl<'a> Checker<'a> {
 }
 
 impl Checker<'_> {
+    /// Warnings about what nobody looks at and nobody asks.
+    pub fn unseen(&mut self) {
+        let mut warn = |at, message: String, label: &str, help: &str| {
+            self.problems.push(Problem::warning(&super::UNUSED, message).at(at, label).help(help));
+        };
+        for localiser in self.hir.localisers.iter().filter(|it| !self.used.contains(&it.span)) {
+            let name = &localiser.name;
+            let word = if localiser.looks() { "camera" } else { "pose" };
+            let help =
+                format!("use it, `evaluate … {{ observe {{ {word}(…) via {name} }} }}`, or take it out");
+            warn(
+                localiser.span,
+                format!("the localiser `{name}` is not used"),
+                "tells nobody anything",
+                &help,
+            );
+        }
+        let changed = self.hir.protocols.iter().filter_map(|protocol| protocol.changed.as_deref());
+        let changed = changed.chain(self.hir.variants.iter().map(|variant| &*variant.changed));
+        let mut worlds = std::iter::once(&self.hir).chain(changed).map(|hir| &hir.world);
+        let cameras = worlds.any(|world| world.groups.iter().any(|group| group.camera.is_some()));
+        let world = &self.hir.world;
+        if let (Some(room), false) = (&world.room, cameras) {
+            let help = "give a group a camera: `camera = pinhole()`";
+            warn(room.span, "the room has no effect".to_owned(), "nobody has a camera", help);
+        }
+        if let (Some(lighting), None) = (&world.lighting, &world.room) {
+            let help = "`world { …, room = indoor() }`";
+            warn(lighting.span, "the lighting has no effect".to_owned(), "there is no room", help);
+        }
+    }
+
     /// What stands or drives outside of the room.
     pub fn outside_room(&self, case: &Case) -> Vec<Problem> {
         let mut problems = Vec::new();

@@ -129,6 +129,12 @@ impl Walk<'_> {
                     let meaning: String = text.split_whitespace().collect();
                     self.leaf(&here(&meaning), meaning, said);
                 }
+                ("localised", ..) => {
+                    let of = |key: &str| self.named(key, value.get(key)?);
+                    if let (Some(group), Some(via)) = (of("group"), of("via")) {
+                        self.same(&here(&group), format!("via {via}"));
+                    }
+                }
                 ("require", ..) => {
                     let said = self.formula(value).unwrap_or_default();
                     let meaning = self.nameless(value);
@@ -157,6 +163,7 @@ impl Walk<'_> {
         let index = usize::try_from(value.as_u64()?).ok()?;
         match field {
             "group" => self.world.groups.get(index).map(|group| group.name.clone()),
+            "via" => self.plan.localisers.get(index).map(|localiser| localiser.name.clone()),
             "param" => self.plan.params.get(index).map(|param| param.name.clone()),
             "about" | "agent" => Some(self.world.agent_name(index)),
             _ => None,

@@ -1,7 +1,9 @@
 //! `mpgx explain`: the story of an error code, or what a scenario means with all its defaults.
 
 use mpgx_lang::diff::{diff, render};
-use mpgx_lang::plan::{Area, Control, Expr, Extern, Group, Method, Plan, Protocol, World};
+use mpgx_lang::plan::{
+    Area, Control, Expr, Extern, Group, Localiser, Method, Plan, Protocol, Scenery, World,
+};
 use mpgx_lang::render::text;
 
 use crate::failure::{Exit, Failure};
@@ -103,6 +105,9 @@ fn describe(plan: &Plan) -> Result<String, Failure> {
     );
     section(&format!("Learners, {} seeds", plan.seeds), plan.learners.iter().flat_map(method).collect());
     section("Stages before", plan.stages.iter().map(|stage| stage.name.clone()).collect());
+    section("To be seen", plan.world.scenery.iter().flat_map(scenery).collect());
+    let localiser = |it: &Localiser| format!("{}: {}", it.name, settings(&it.what));
+    section("Localisers", plan.localisers.iter().map(localiser).collect());
     section("Controllers", plan.controllers.iter().flat_map(method).collect());
     section("Evaluations", plan.protocols.iter().flat_map(|it| protocol(plan, it)).collect());
     section("Claims", plan.claims.iter().map(|claim| claim.text.clone()).collect());
@@ -132,6 +137,9 @@ fn group(plan: &Plan, group: &Group) -> Vec<String> {
     if let Some(filter) = &group.filter {
         line(format!("filtered by {}", settings(filter)));
     }
+    if let Some(camera) = &group.camera {
+        line(format!("sees with {}", settings(camera)));
+    }
     if group.solid.is_none() {
         let (low, high) = group.speed_mps;
         line(format!("speed {low} .. {high} m/s on each axis"));
@@ -142,6 +150,16 @@ fn group(plan: &Plan, group: &Group) -> Vec<String> {
     if let Some(start) = &group.start {
         line(format!("start {}", formula(start)));
     }
+    lines
+}
+
+fn scenery(scenery: &Scenery) -> Vec<String> {
+    let light = scenery.lighting.as_ref().map_or("in each lighting in turn".to_owned(), settings);
+    let mut lines = vec![settings(&scenery.room), light];
+    lines.extend(scenery.landmarks.iter().map(|landmark| {
+        let (x, y) = landmark.position_m;
+        format!("{} at ({x} m, {y} m): {}", landmark.name, settings(&landmark.what))
+    }));
     lines
 }
 
