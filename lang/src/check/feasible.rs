@@ -47,7 +47,6 @@ impl Checker<'_> {
         problems.extend(self.hir.bounds.iter().filter_map(|bound| self.out_of_bounds(case, bound)));
         self.world_limits(case, &mut problems);
         problems.extend(self.outlines(case));
-        problems.extend(self.outside_room(case));
         self.never_outside(case, &mut problems);
         for (number, group) in case.world.groups.iter().enumerate() {
             self.start_order(case, number, &mut problems);
@@ -62,8 +61,9 @@ impl Checker<'_> {
                 }
             }
         }
-        // A size out of range may be why places are too close.
+        // A size out of range may be why places are too close or outside.
         if problems.is_empty() {
+            problems.extend(self.outside_room(case));
             (0..case.world.formations.len()).for_each(|number| self.formation(case, number, &mut problems));
         }
         problems

@@ -89,8 +89,12 @@ impl<'a> Checker<'a> {
     /// The same for all, a rule for number i, or a list with an entry for each.
     fn landmark_setting(&mut self, scope: &mut Scope, setting: &'a Assignment, type_: &Type) -> Expr {
         self.undrawn(setting);
-        let name = format!("`{}`", ast_name(setting));
+        let name = format!("`{}`", setting.path.last().map_or("", |name| name.node.as_str()));
+        scope.draws = setting.random;
         let value = self.expr(scope, &setting.value);
+        if setting.random {
+            return Expr::poison(value.span);
+        }
         let value = match &value.type_ {
             Type::List(of) if **of == *type_ => value,
             _ => self.fits(value, type_, &Wanted::by(name.clone()), &[], &mut Default::default()),
@@ -372,10 +376,6 @@ impl Checker<'_> {
                 .with(landmark.span, format!("declares {own}"))
         })
     }
-}
-
-fn ast_name(setting: &Assignment) -> &str {
-    setting.path.last().map_or("", |name| name.node.as_str())
 }
 
 pub const NO_ROOM: Code = Code {
