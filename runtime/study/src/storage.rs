@@ -60,8 +60,9 @@ pub trait Storage: Sync {
     /// Every file below a folder, as paths relative to it, sorted; none if the folder is missing.
     fn list(&self, folder: &str) -> Result<Vec<String>, StorageError>;
 
-    /// Makes a folder and those above it, durably; nothing happens if it is there.
-    fn create_folder(&self, folder: &str) -> Result<(), StorageError>;
+    /// Makes a folder in one that is there; false if it was there before. The root is made with all above it,
+    /// durably; the name of any other folder is durable after [`Storage::sync_folder`] of the one above.
+    fn make_folder(&self, folder: &str) -> Result<bool, StorageError>;
 
     /// Cuts a file to its first `at` bytes and writes `bytes` after them; not durable before [`Storage::sync`].
     /// With `at` 0 the file is made if it is missing; a file shorter than `at` is an error.
@@ -80,6 +81,17 @@ pub trait Storage: Sync {
     fn create_new(&self, path: &str, bytes: &[u8]) -> Result<bool, StorageError>;
 
     fn remove(&self, path: &str) -> Result<(), StorageError>;
+
+    /// Makes a folder and those above it, durably; nothing happens if it is there.
+    fn create_folder(&self, folder: &str) -> Result<(), StorageError> {
+        if !folder.is_empty() {
+            self.create_folder(parent(folder))?;
+        }
+        if self.make_folder(folder)? && !folder.is_empty() {
+            self.sync_folder(parent(folder))?;
+        }
+        Ok(())
+    }
 
     /// The content of a file, or `None` if there is no such file.
     fn read_if_there(&self, path: &str) -> Result<Option<Vec<u8>>, StorageError> {
@@ -118,7 +130,7 @@ pub trait Storage: Sync {
 
 /// The folder of a path; "" for the root.
 fn parent(path: &str) -> &str {
-    path.rsplit_once('/').map_or("", |(folder, _)| folder)
+    path.trim_end_matches('/').rsplit_once('/').map_or("", |(folder, _)| folder)
 }
 
 #[cfg(test)]

@@ -68,8 +68,18 @@ impl Storage for RealDisk {
         Ok(files)
     }
 
-    fn create_folder(&self, folder: &str) -> Result<(), StorageError> {
-        create_durably(&self.at(folder)).map_err(|why| self.error(Operation::CreateFolder, folder, 0, why))
+    fn make_folder(&self, folder: &str) -> Result<bool, StorageError> {
+        let at = self.at(folder);
+        let made = match folder {
+            "" => create_durably(&at).map(|()| true),
+            _ if at.is_dir() => Ok(false),
+            _ => fs::create_dir(at).map(|()| true),
+        };
+        match made {
+            // Another thread was quicker.
+            Err(why) if why.kind() == ErrorKind::AlreadyExists && self.at(folder).is_dir() => Ok(false),
+            made => made.map_err(|why| self.error(Operation::CreateFolder, folder, 0, why)),
+        }
     }
 
     fn write(&self, path: &str, at: u64, bytes: &[u8]) -> Result<(), StorageError> {

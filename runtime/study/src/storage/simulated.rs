@@ -1,7 +1,8 @@
 //! A disk in memory that fails, tears and forgets on demand.
 //!
 //! It keeps apart what was written and what is durable. A crash may lose, keep or tear whatever was not
-//! synced: the content of each file by itself, and each change of a name by itself, in any order.
+//! synced: the content of each file by itself, and each change of a name by itself, in any order. With the name of
+//! a folder all is lost that lies in it. The names of folders end with `/`.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -108,6 +109,8 @@ impl SimulatedDisk {
                 };
             }
         }
+        let all = names.clone();
+        names.retain(|name, _| above(name).all(|folder| all.contains_key(folder)));
         let mut files = BTreeMap::new();
         for file in names.values() {
             let Some(Content { written, durable }) = state.files.get(file) else { continue };
@@ -138,6 +141,12 @@ impl SimulatedDisk {
             None => Ok(state),
         }
     }
+}
+
+/// The folders that a path lies in, as they are named here.
+fn above(path: &str) -> impl Iterator<Item = &str> {
+    let last = path.len().saturating_sub(1);
+    path.match_indices('/').filter(move |(at, _)| *at < last).filter_map(|(at, _)| path.get(..=at))
 }
 
 fn broken(operation: Operation, path: String, cause: &str) -> StorageError {
@@ -199,6 +208,13 @@ impl State {
         self.pending.push(step);
     }
 
+    fn has_folder(&self, operation: Operation, path: &str) -> Result<(), StorageError> {
+        match above(path).all(|folder| self.names.contains_key(folder)) {
+            true => Ok(()),
+            false => Err(StorageError::Missing { operation, path: path.to_string() }),
+        }
+    }
+
     fn create(&mut self, path: &str, content: Content) -> FileId {
         let file = self.next_file;
         self.next_file += 1;
@@ -210,7 +226,10 @@ impl State {
     fn write(&mut self, path: &str, at: u64, bytes: &[u8]) -> Result<(), StorageError> {
         let file = match self.names.get(path) {
             Some(file) => *file,
-            None if at == 0 => self.create(path, Content::default()),
+            None if at == 0 => {
+                self.has_folder(Operation::Write, path)?;
+                self.create(path, Content::default())
+            }
             None => {
                 return Err(StorageError::Missing { operation: Operation::Write, path: path.to_string() });
             }
@@ -238,11 +257,19 @@ impl Storage for SimulatedDisk {
     fn list(&self, folder: &str) -> Result<Vec<String>, StorageError> {
         let state = self.begin(Operation::List, folder)?;
         let prefix = if folder.is_empty() { String::new() } else { format!("{folder}/") };
-        Ok(state.names.keys().filter_map(|name| name.strip_prefix(&prefix)).map(str::to_string).collect())
+        let files = state.names.keys().filter(|name| !name.ends_with('/'));
+        Ok(files.filter_map(|name| name.strip_prefix(&prefix)).map(str::to_string).collect())
     }
 
-    fn create_folder(&self, folder: &str) -> Result<(), StorageError> {
-        self.begin(Operation::CreateFolder, folder).map(|_| ())
+    fn make_folder(&self, folder: &str) -> Result<bool, StorageError> {
+        let mut state = self.begin(Operation::CreateFolder, folder)?;
+        let name = format!("{folder}/");
+        if folder.is_empty() || state.names.contains_key(&name) {
+            return Ok(false);
+        }
+        state.has_folder(Operation::CreateFolder, &name)?;
+        state.create(&name, Content::default());
+        Ok(true)
     }
 
     fn write(&self, path: &str, at: u64, bytes: &[u8]) -> Result<(), StorageError> {
@@ -292,6 +319,7 @@ impl Storage for SimulatedDisk {
         if state.names.contains_key(path) {
             return Ok(false);
         }
+        state.has_folder(Operation::Write, path)?;
         let bytes = Arc::new(bytes.to_vec());
         state.create(path, Content { written: bytes.clone(), durable: bytes });
         Ok(true)
