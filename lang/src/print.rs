@@ -168,6 +168,12 @@ fn test_step(step: &TestStep) -> String {
     }
 }
 
+/// What stands before `[` or `.`, where a unit would not be one.
+fn looked_into(of: &ExprAt) -> String {
+    let text = expr(of);
+    if matches!(of.node, Expr::Number { unit: Some(_), .. }) { format!("({text})") } else { text }
+}
+
 /// An expression; all but names, numbers and what brings its own brackets stands in parentheses.
 pub fn expr(expr: &ExprAt) -> String {
     let this = self::expr;
@@ -176,8 +182,8 @@ pub fn expr(expr: &ExprAt) -> String {
         Expr::Number { value, unit: Some(unit) } => format!("{value}{}", self::unit(&unit.node)),
         Expr::Truth(value) => value.to_string(),
         Expr::Name(name) => name.clone(),
-        Expr::Member(of, name) => format!("{}.{}", this(of), name.node),
-        Expr::Index(of, index) => format!("{}[{}]", this(of), this(index)),
+        Expr::Member(of, name) => format!("{}.{}", looked_into(of), name.node),
+        Expr::Index(of, index) => format!("{}[{}]", looked_into(of), this(index)),
         Expr::Call(it) => call(it, true),
         Expr::Vector(x, y) => format!("({}, {})", this(x), this(y)),
         Expr::Tuple(values) => format!("({})", values.iter().map(this).collect::<Vec<_>>().join(", ")),

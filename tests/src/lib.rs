@@ -1,6 +1,9 @@
 //! Tests across the rooms of mpgx. What several of them need stands here.
 
+pub mod crashes;
+pub mod fuzz;
 pub mod golden;
+pub mod kills;
 
 use std::mem::discriminant;
 use std::path::{Path, PathBuf};
