@@ -43,6 +43,7 @@ evaluate held_out { episodes = 2 }
 pub struct Sample {
     plan: Plan,
     hash: String,
+    files: Vec<String>,
     /// Operations on the disk.
     pub operations: u64,
     /// Calls of fsync.
@@ -68,11 +69,12 @@ impl Sample {
         let plan = compiled.plan.ok_or_else(|| {
             mpgx_lang::problem::render_short(&compiled.problems, &compiled.sources)
         })?;
-        let mut sample = Sample { plan, hash: String::new(), operations: 0, syncs: 0 };
+        let mut sample = Sample { plan, hash: String::new(), files: Vec::new(), operations: 0, syncs: 0 };
         let disk = SimulatedDisk::default();
         let counting = Forgetful::new(&disk, None);
         sample.hash = hash(sample.run(&counting, &Cells::default()))?;
         (sample.operations, sample.syncs) = (disk.operations(), counting.syncs());
+        sample.files = disk.list("").map_err(|error| error.to_string())?;
         Ok(sample)
     }
 
@@ -135,10 +137,10 @@ impl Sample {
         }
         let cells = Cells::default();
         let found = hash(self.run(&disk, &cells))?;
-        let kept = cells.kept();
-        match found == self.hash && kept.is_superset(&finished) {
+        let (kept, files) = (cells.kept(), disk.list("").map_err(|error| error.to_string())?);
+        match found == self.hash && kept.is_superset(&finished) && files == self.files {
             true => Ok(again),
-            false => Err(format!("hash {found}, finished {finished:?} and kept {kept:?}")),
+            false => Err(format!("hash {found}, finished {finished:?}, kept {kept:?}, files {files:?}")),
         }
     }
 

@@ -160,7 +160,7 @@ fn a_suite_runs_its_scenarios_and_puts_them_beside_published_tables() {
 #[test]
 fn threads_and_kernels_leave_the_hash_alone() {
     let reference = study_hash(folder().path(), &["--threads", "1"]);
-    for threads in ["2", "3"] {
+    for threads in ["2", "3", "8"] {
         assert_eq!(study_hash(folder().path(), &["--threads", threads]), reference, "{threads} threads");
     }
     for kernels in ["avx2", "scalar"] {
@@ -171,6 +171,25 @@ fn threads_and_kernels_leave_the_hash_alone() {
             continue; // this processor has no such kernels
         }
         assert_eq!(study_hash(folder.path(), &[]), reference, "{kernels}");
+    }
+}
+
+/// Time zone, language, folder, and a home that is not there.
+#[test]
+fn where_and_when_a_study_runs_leaves_the_hash_alone() {
+    let reference = study_hash(folder().path(), &[]);
+    for (place, zone, language) in
+        [("a b/ä$'", "Asia/Kathmandu", "tr_TR.UTF-8"), ("deep/er", "America/St_Johns", "C")]
+    {
+        let folder = folder();
+        let here = folder.path().join(place);
+        fs::create_dir_all(&here).unwrap();
+        fs::write(here.join("small.scn"), SCENARIO).unwrap();
+        let mut command = mpgx(&here);
+        command.env("TZ", zone).env("LANG", language).env("LC_ALL", language).env("HOME", "/nowhere");
+        let output = command.args(["run", "small.scn", "--threads", "3"]).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        assert_eq!(study_hash(&here, &[]), reference, "{place}, {zone}, {language}");
     }
 }
 

@@ -136,7 +136,11 @@ impl<'a> Checkpoints<'a> {
 pub(crate) fn clear(storage: &dyn Storage, cell: &Cell) {
     let folder = format!("cells/{}", cell.id);
     let Ok(files) = storage.list(&folder) else { return };
-    for file in files.iter().filter(|file| SLOTS.contains(&file.as_str()) || *file == LOG) {
-        let _ = storage.remove(&format!("{folder}/{file}"));
+    for file in files {
+        // A write that was cut off leaves `.tmp`.
+        let name = file.strip_suffix(".tmp").unwrap_or(&file);
+        if SLOTS.contains(&name) || name == LOG {
+            let _ = storage.remove(&format!("{folder}/{file}"));
+        }
     }
 }

@@ -61,6 +61,7 @@ pub(crate) fn acquire<'a>(storage: &'a dyn Storage, me: &Owner) -> Result<Lock<'
     let mine = serde_json::to_vec(me).map_err(unwritable)?;
     loop {
         if storage.create_new(FILE, &mine)? {
+            tidy(storage);
             return Ok(Lock(storage));
         }
         let Some(found) = storage.read_if_there(FILE)? else { continue };
@@ -82,6 +83,17 @@ pub(crate) fn acquire<'a>(storage: &'a dyn Storage, me: &Owner) -> Result<Lock<'
             continue;
         }
         storage.remove(&aside)?;
+    }
+}
+
+/// Removes what processes have left that were killed while they took the folder: `owner.json.<pid>`.
+fn tidy(storage: &dyn Storage) {
+    let prefix = format!("{FILE}.");
+    for name in storage.list("").unwrap_or_default() {
+        let left_by = name.strip_prefix(&prefix).and_then(|pid| pid.parse().ok());
+        if left_by.is_some_and(|pid: u32| began(pid).is_none()) {
+            let _ = storage.remove(&name);
+        }
     }
 }
 

@@ -7,7 +7,7 @@ use crate::storage::{Crash, Fault, SimulatedDisk, Storage};
 use crate::*;
 
 /// MPG with one seed and the oracle: enough to meet every kind of write.
-fn small() -> Plan {
+pub fn small() -> Plan {
     Plan { learners: vec![learner("mpg", 25.0)], seeds: 1, ..plan() }
 }
 
@@ -99,7 +99,7 @@ fn the_machine_may_stop_while_it_recovers() {
 }
 
 /// A study interrupted in the middle of a cell, with two checkpoints on disk.
-fn with_checkpoints(plan: &Plan) -> SimulatedDisk {
+pub fn with_checkpoints(plan: &Plan) -> SimulatedDisk {
     let disk = SimulatedDisk::default();
     let listener = Listener { interrupt_after: Some(3), ..Listener::default() };
     assert!(matches!(run_on(&disk, plan, &listener), Ok(Outcome::Interrupted { .. })));
