@@ -17,6 +17,7 @@ use witness::{Forgetful, Promises, Witness};
 const SCENARIO: &str = "
 scenario crashes
 use std.motion.random_velocity
+use std.formation.line
 use std.start.{near, uniform_in}
 world { dt = 0.1 s, horizon = 6 steps, safety = 0.1 m }
 agent leader : point {
@@ -25,14 +26,15 @@ agent leader : point {
     motion = random_velocity(1 m/s)
     start  ~ uniform_in(arena)
 }
-agent follower : point {
+agents follower[1] : point {
     arena   = box(-3 m .. 3 m, -3 m .. 3 m)
     speed   = -0.7 m/s .. 0.7 m/s
     control = learned
-    start   ~ near(p[leader], 0.3 m)
+    start   ~ near(F[i], 0.3 m)
 }
-observe { p[leader] - p[follower] }
-reward { gap = -|p[leader] - p[follower]| }
+formation F of follower = line(0.4 m) about leader
+observe { F[i] - p[i] for i in follower }
+reward { gap = -sum(i in follower) |p[i] - F[i]| }
 learn mpg with tuned { steps = 24, hidden = [4], batch = 2, replay = 20 }
 compare { oracle }
 seeds 1

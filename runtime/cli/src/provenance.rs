@@ -26,6 +26,11 @@ pub fn keep(storage: &dyn Storage, provenance: &Provenance) -> Result<(), mpgx_s
     storage.write_atomic(FILE, text.as_bytes())
 }
 
+/// Whether it was kept: a run may have been killed before it came to that.
+pub fn is_kept(storage: &dyn Storage) -> bool {
+    matches!(storage.read_if_there(FILE), Ok(Some(_)))
+}
+
 /// What was kept, or nothing known.
 pub fn kept(storage: &dyn Storage) -> Provenance {
     let bytes = storage.read_if_there(FILE).ok().flatten();

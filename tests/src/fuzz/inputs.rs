@@ -19,9 +19,9 @@ pub enum Kind {
     Written,
     /// A scenario that compiles, with an item or a formula of another origin in it.
     Grafted,
-    /// A file with tokens lost, doubled, moved or replaced.
+    /// A file or an item with tokens lost, doubled, moved or replaced.
     Tokens,
-    /// A file with bytes changed.
+    /// A file or an item with bytes changed.
     Bytes,
 }
 
@@ -38,16 +38,21 @@ impl Inputs {
         let random = &mut address.stream();
         match random.below(8) {
             0 | 1 => (Kind::Written, self.written(random)),
-            2..=4 => (Kind::Grafted, self.grafted(random)),
-            5 | 6 => (Kind::Tokens, self.with_tokens(random)),
+            2 | 3 => (Kind::Grafted, self.grafted(random)),
+            4..=6 => (Kind::Tokens, self.with_tokens(random)),
             _ => (Kind::Bytes, self.with_bytes(random)),
         }
     }
 
-    /// One to four items.
+    /// An item or two.
     fn written(&self, random: &mut Stream) -> String {
-        let items = (0..=random.below(4)).map(|_| self.item(random));
+        let items = (0..=random.below(2)).map(|_| self.item(random));
         items.collect::<Vec<_>>().join("\n")
+    }
+
+    /// A file, or, since most of the time would go to what was not changed, an item of one.
+    fn at_hand(&self, random: &mut Stream) -> &str {
+        one(if random.below(8) == 0 { &self.corpus.files } else { &self.corpus.items }, random)
     }
 
     fn item(&self, random: &mut Stream) -> String {
@@ -95,7 +100,7 @@ impl Inputs {
     }
 
     fn with_tokens(&self, random: &mut Stream) -> String {
-        let text = one(&self.corpus.files, random);
+        let text = self.at_hand(random);
         let mut parts = tokens(text);
         for _ in 0..=random.below(3) {
             let at = random.below(parts.len() as u64) as usize;
@@ -114,7 +119,7 @@ impl Inputs {
     }
 
     fn with_bytes(&self, random: &mut Stream) -> String {
-        let mut bytes = one(&self.corpus.files, random).as_bytes().to_vec();
+        let mut bytes = self.at_hand(random).as_bytes().to_vec();
         for _ in 0..=random.below(3) {
             let at = random.below(bytes.len().max(1) as u64) as usize;
             let signs = b"()[]{}|\"'/\\.,:;=<>+-*^~%#@!&\n\r\t \0e0";

@@ -178,7 +178,7 @@ fn run_part(
             Ok(None)
         }
         Outcome::Finished(study) => {
-            if display.trained() {
+            if display.trained() || !provenance::is_kept(&storage) {
                 provenance::keep(&storage, &provenance::of_this_run(options.threads, display.elapsed_s()))?;
             }
             let report = write_report(&study, folder, &storage)?;

@@ -153,9 +153,10 @@ fn broken(operation: Operation, path: String, cause: &str) -> StorageError {
     StorageError::Failed { operation, path, cause: cause.to_string() }
 }
 
-/// One of the ways in which blocks that were not synced reach the disk.
+/// One of the ways in which blocks that were not synced reach the disk; what was durable and is unchanged stays.
 fn torn(written: &Arc<Vec<u8>>, durable: &Arc<Vec<u8>>, dice: &mut Dice) -> Arc<Vec<u8>> {
-    let cut = dice.below(written.len() as u64 + 1) as usize;
+    let unchanged = written.iter().zip(durable.iter()).take_while(|(a, b)| a == b).count();
+    let cut = unchanged + dice.below((written.len() - unchanged) as u64 + 1) as usize;
     let (head, tail) = written.split_at(cut);
     match dice.below(5) {
         0 => durable.clone(),

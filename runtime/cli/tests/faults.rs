@@ -1,0 +1,91 @@
+//! What goes wrong around a run, and what the user sees: exit codes, words, and what is left behind.
+#![allow(clippy::unwrap_used)]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use mpgx_tests::kills::SCENARIO;
+use tempfile::TempDir;
+
+fn mpgx(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_mpgx"));
+    command.current_dir(folder).args(arguments);
+    command
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    mpgx(folder, arguments).output().unwrap()
+}
+
+fn folder(scenario: &str) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("kills.scn"), scenario).unwrap();
+    folder
+}
+
+#[track_caller]
+fn ends(output: &Output, code: i32, said: &str) {
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{stderr}");
+    assert!(stderr.contains(said), "{stderr}");
+}
+
+/// Seen to hang without the limit on what is read.
+#[cfg(unix)]
+#[test]
+fn an_endless_file_is_refused() {
+    let folder = folder("");
+    ends(&run(folder.path(), &["check", "/dev/zero"]), 2, "larger than 1 MiB");
+    std::os::unix::fs::symlink("/dev/zero", folder.path().join("mine.scn")).unwrap();
+    fs::write(folder.path().join("kills.scn"), "scenario kills\nuse mine.thing\n").unwrap();
+    ends(&run(folder.path(), &["check", "kills.scn"]), 2, "out of the scenario's folder");
+}
+
+/// A second run in the same folder is told who is there; when that one is killed, it takes over.
+#[test]
+fn one_folder_has_one_run() {
+    let long = folder(&SCENARIO.replace("steps = 9000", "steps = 1000000"));
+    let mut first = mpgx(long.path(), &["run", "kills.scn"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    while !long.path().join("runs/kills/owner.json").exists() {
+        assert!(first.try_wait().unwrap().is_none());
+        std::thread::yield_now();
+    }
+    let second = run(long.path(), &["run", "kills.scn"]);
+    let pid = format!("process {}", first.id());
+    first.kill().unwrap();
+    first.wait().unwrap();
+    ends(&second, 74, &pid);
+    let mut third = mpgx(long.path(), &["run", "kills.scn"]).stderr(Stdio::null()).spawn().unwrap();
+    let owner = || fs::read_to_string(long.path().join("runs/kills/owner.json")).unwrap_or_default();
+    while !owner().contains(&format!("\"pid\":{}", third.id())) {
+        assert!(third.try_wait().unwrap().is_none(), "it did not take over");
+        std::thread::yield_now();
+    }
+    third.kill().unwrap();
+    third.wait().unwrap();
+}
+
+/// A place where no folder can be made.
+#[test]
+fn a_folder_that_cannot_be_made_ends_with_74_and_leaves_nothing() {
+    let folder = folder(SCENARIO);
+    ends(&run(folder.path(), &["run", "kills.scn", "--out", "kills.scn/study"]), 74, "kills.scn");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    assert_eq!(fs::read_to_string(folder.path().join("kills.scn")).unwrap(), SCENARIO);
+}
+
+/// What runs is frozen: another text under the same name is refused, with both hashes, and the study is as it was.
+#[test]
+fn a_scenario_that_was_edited_meanwhile_is_refused() {
+    let folder = folder(&SCENARIO.replace("steps = 9000", "steps = 300"));
+    assert!(run(folder.path(), &["run", "kills.scn"]).status.success());
+    let study = fs::read(folder.path().join("runs/kills/study.json")).unwrap();
+    fs::write(folder.path().join("kills.scn"), SCENARIO).unwrap();
+    ends(&run(folder.path(), &["run", "kills.scn"]), 2, "another study");
+    assert_eq!(fs::read(folder.path().join("runs/kills/study.json")).unwrap(), study);
+}
