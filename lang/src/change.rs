@@ -1,9 +1,10 @@
 //! A scenario with something changed: the same program with some settings replaced, to be checked again as a whole.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::ast::{
-    AgentsDecl, Assignment, Call, EndItem, Expr, ExprAt, File, FormationDecl, Item, Name, RewardTerm, Span,
+    AgentsDecl, Assignment, Call, EndItem, Expr, ExprAt, FormationDecl, Item, Name, RewardTerm, Span,
     Spanned,
 };
 use crate::check::Override;
@@ -44,8 +45,8 @@ pub struct Changed {
 
 /// Replaces what is observed and applies the settings in their order. `episodes` of an evaluation is none of the scenario and passed over.
 pub fn apply(program: &Program, observe: &[Spanned<Item>], settings: &[Assignment], kind: Kind) -> Changed {
-    let file = program.main().map(|main| main.file.clone()).unwrap_or_default();
-    let mut change = Change { program, kind, file, params: Vec::new() };
+    let items = program.main().map(|main| main.items.clone()).unwrap_or_default();
+    let mut change = Change { program, kind, items, params: Vec::new() };
     let mut problems = Vec::new();
     if let [first, others @ ..] = observe {
         change.observe(first.clone());
@@ -66,14 +67,14 @@ pub fn apply(program: &Program, observe: &[Spanned<Item>], settings: &[Assignmen
         }
         seen.entry(path).or_insert(span);
     }
-    let Change { file, params, .. } = change;
-    Changed { program: program.with_main(file), params, problems }
+    let Change { items, params, .. } = change;
+    Changed { program: program.with_main(items), params, problems }
 }
 
 struct Change<'a> {
     program: &'a Program,
     kind: Kind,
-    file: File,
+    items: Vec<Arc<Spanned<Item>>>,
     params: Vec<Override>,
 }
 
@@ -89,9 +90,10 @@ impl Change<'_> {
     }
 
     fn observe(&mut self, observe: Spanned<Item>) {
-        match self.file.items.iter_mut().find(|item| matches!(item.node, Item::Observe { .. })) {
+        let observe = Arc::new(observe);
+        match self.items.iter_mut().find(|item| matches!(item.node, Item::Observe { .. })) {
             Some(known) => *known = observe,
-            None => self.file.items.push(observe),
+            None => self.items.push(observe),
         }
     }
 
@@ -125,10 +127,10 @@ impl Change<'_> {
         let same = |other: &Assignment| other.path.len() == 1 && other.path[0].node == name.node;
         if !setting.random {
             self.params.push(Override { name: name.clone(), value: setting.value.clone() });
-            for item in &mut self.file.items {
-                if let Item::Randomise(settings) = &mut item.node {
-                    settings.retain(|other| !same(other));
-                }
+            if let Some(Item::Randomise(settings)) = self.find(
+                |item| matches!(item, Item::Randomise(settings) if settings.iter().any(same)),
+            ) {
+                settings.retain(|other| !same(other));
             }
             return;
         }
@@ -232,12 +234,13 @@ impl Change<'_> {
 
     /// The first item of a kind.
     fn find(&mut self, which: impl Fn(&Item) -> bool) -> Option<&mut Item> {
-        self.file.items.iter_mut().map(|item| &mut item.node).find(|item| which(item))
+        let found = self.items.iter_mut().find(|item| which(&item.node));
+        found.map(|item| &mut Arc::make_mut(item).node)
     }
 
     fn append(&mut self, node: Item, setting: &Assignment) {
         let span = path_span(&setting.path).to(setting.value.span);
-        self.file.items.push(Spanned { node, span });
+        self.items.push(Arc::new(Spanned { node, span }));
     }
 
     fn only_variants(&self, setting: &Assignment, what: &str) -> Refused {
@@ -297,7 +300,7 @@ impl Change<'_> {
         let names = |settings: &[Assignment]| -> Vec<String> {
             settings.iter().filter_map(|setting| Some(setting.path.last()?.node.clone())).collect()
         };
-        for item in &self.file.items {
+        for item in &self.items {
             match &item.node {
                 Item::World(settings) => {
                     add("world", &mut names(settings).iter().map(String::as_str));
@@ -318,7 +321,7 @@ impl Change<'_> {
                 _ => {}
             }
         }
-        for item in &self.file.items {
+        for item in &self.items {
             match &item.node {
                 Item::Param(param) => known.push(param.name.node.clone()),
                 Item::Formation(decl) => known.push(decl.name.node.clone()),

@@ -316,7 +316,7 @@ impl<'a> Checker<'a> {
             Item::Scenario(name) => Some(name),
             _ => None,
         });
-        self.hir.doc = self.program.main().map(|main| main.file.doc.clone()).unwrap_or_default();
+        self.hir.doc = self.program.main().map(|main| main.doc.clone()).unwrap_or_default();
         match found {
             Some((name, _)) => self.hir.name = name.node.clone(),
             None => {

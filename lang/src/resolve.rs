@@ -30,8 +30,12 @@ pub struct Program {
 pub struct Module {
     /// As `use` names it.
     pub path: String,
-    /// What was written; of the standard library nothing.
-    pub file: File,
+    /// The `//!` comment, without the marks.
+    pub doc: String,
+    /// What was written; of the standard library nothing. Shared with the changed scenarios of cases.
+    pub items: Vec<Arc<Spanned<Item>>>,
+    /// Whether items with syntax errors were left out.
+    pub broken: bool,
     /// What a module of the standard library declares; of others nothing.
     library: Vec<Declaration>,
     names: Arc<Names>,
@@ -44,7 +48,7 @@ impl Module {
 }
 
 /// What the names of a module stand for; more than one thing only if that was reported.
-type Names = BTreeMap<(Space, String), Vec<Entry>>;
+type Names = BTreeMap<Space, BTreeMap<String, Vec<Entry>>>;
 
 /// What a name stands for, and where it was declared or used.
 #[derive(Clone, Copy, Debug)]
@@ -210,18 +214,17 @@ pub fn declared(item: &Item) -> Option<(Space, &Name)> {
 impl Program {
     /// What a name stands for in a module.
     pub fn find(&self, module: usize, space: Space, name: &str) -> Option<Entry> {
-        let key = (space, name.to_owned());
         let seen = std::iter::once(module).chain(0..self.prelude);
-        let found: Vec<&Entry> =
-            seen.filter_map(|m| self.modules.get(m)?.names.get(&key)).flatten().collect();
-        found.iter().find(|entry| !entry.is_unknown()).or(found.first()).copied().copied()
+        let mut found = seen.filter_map(|m| self.modules.get(m)?.names.get(&space)?.get(name)).flatten().copied();
+        let first = found.next()?;
+        Some(if first.is_unknown() { found.find(|entry| !entry.is_unknown()).unwrap_or(first) } else { first })
     }
 
     /// All names of a space that a module sees.
     pub fn names(&self, module: usize, space: Space) -> impl Iterator<Item = &str> {
         let seen = std::iter::once(module).chain(0..self.prelude);
         let modules = seen.filter_map(|m| self.modules.get(m));
-        modules.flat_map(move |m| m.names.keys().filter(move |key| key.0 == space).map(|key| key.1.as_str()))
+        modules.flat_map(move |m| m.names.get(&space)).flat_map(|names| names.keys().map(String::as_str))
     }
 
     /// Whether a name stands for something that could not be read or imported, which was reported.
@@ -233,7 +236,7 @@ impl Program {
         let module = self.modules.get(id.module)?;
         match module.library.get(id.item) {
             Some(declaration) => declaration.item(),
-            None => module.file.items.get(id.item),
+            None => module.items.get(id.item).map(|item| &**item),
         }
     }
 
@@ -241,13 +244,14 @@ impl Program {
         self.modules.get(self.main).map(|main| &**main)
     }
 
-    /// The same program with another scenario file, whose items have the same numbers and names; those that it has
-    /// more are not seen by name.
-    pub fn with_main(&self, file: File) -> Program {
+    /// The same program with other items of the scenario, which have the same numbers and names; those that are more
+    /// are not seen by name.
+    pub fn with_main(&self, items: Vec<Arc<Spanned<Item>>>) -> Program {
         let mut modules = self.modules.clone();
         if let Some(main) = modules.get_mut(self.main) {
-            let Module { path, names, .. } = &**main;
-            *main = Arc::new(Module { path: path.clone(), file, library: Vec::new(), names: names.clone() });
+            let Module { path, doc, broken, names, .. } = &**main;
+            let (path, doc, broken, names) = (path.clone(), doc.clone(), *broken, names.clone());
+            *main = Arc::new(Module { path, doc, items, broken, library: Vec::new(), names });
         }
         Program { modules, main: self.main, prelude: self.prelude, recordings: self.recordings.clone() }
     }
@@ -255,7 +259,7 @@ impl Program {
     /// The items of the scenario and the files it uses, those of a file together.
     pub fn written(&self) -> impl Iterator<Item = (ItemId, &Spanned<Item>)> {
         self.modules.iter().enumerate().flat_map(|(module, m)| {
-            m.file.items.iter().enumerate().map(move |(item, it)| (ItemId { module, item }, it))
+            m.items.iter().enumerate().map(move |(item, it)| (ItemId { module, item }, &**it))
         })
     }
 
@@ -269,11 +273,11 @@ impl Program {
     /// Where the scenario imported a name of an existing item, and in which spaces; units work without a mention.
     pub fn imports(&self) -> BTreeMap<Span, &str> {
         let mut found = BTreeMap::new();
-        for ((space, name), entries) in self.main().into_iter().flat_map(|main| &*main.names) {
+        let spaces = self.main().into_iter().flat_map(|main| &*main.names);
+        let spaces = spaces.filter(|(space, _)| !matches!(space, Space::Unit | Space::Dimension));
+        for (name, entries) in spaces.flat_map(|(_, names)| names) {
             for entry in entries.iter().filter(|entry| entry.imported && self.item(entry.id).is_some()) {
-                if !matches!(space, Space::Unit | Space::Dimension) {
-                    found.insert(entry.at, name.as_str());
-                }
+                found.insert(entry.at, name.as_str());
             }
         }
         found
@@ -294,11 +298,16 @@ pub fn resolve(main: File, loader: &dyn Loader, sources: &mut Sources, problems:
     resolver.program
 }
 
+/// The entries of a name.
+fn entries<'n>(names: &'n mut Names, space: Space, name: &str) -> &'n mut Vec<Entry> {
+    names.entry(space).or_default().entry(name.to_owned()).or_default()
+}
+
 /// Lets a name stand for something unknown, so that nobody is told again.
 fn unknown(name: &str, at: Span, names: &mut Names) {
     let id = ItemId { module: usize::MAX, item: 0 };
     for space in Space::ALL {
-        names.entry((space, name.to_owned())).or_default().push(Entry { id, at, imported: true });
+        entries(names, space, name).push(Entry { id, at, imported: true });
     }
 }
 
@@ -326,10 +335,16 @@ impl Resolver<'_> {
         let mut names: Names = BTreeMap::new();
         for (item, Declaration { space, name, .. }) in library.iter().enumerate() {
             let entry = Entry { id: ItemId { module, item }, at: name.span, imported: false };
-            names.entry((*space, name.node.clone())).or_default().push(entry);
+            entries(&mut names, *space, &name.node).push(entry);
         }
-        let (path, names) = (path.to_owned(), Arc::new(names));
-        self.program.modules.push(Arc::new(Module { path, file: File::default(), library, names }));
+        self.program.modules.push(Arc::new(Module {
+            path: path.to_owned(),
+            doc: String::new(),
+            items: Vec::new(),
+            broken: false,
+            library,
+            names: Arc::new(names),
+        }));
         module
     }
 
@@ -372,9 +387,14 @@ impl Resolver<'_> {
             }
         }
         self.loading.pop();
-        let names = Arc::new(names);
-        let (path, library) = (path.to_owned(), Vec::new());
-        self.program.modules.push(Arc::new(Module { path, file, library, names }));
+        self.program.modules.push(Arc::new(Module {
+            path: path.to_owned(),
+            doc: file.doc,
+            items: file.items.into_iter().map(Arc::new).collect(),
+            broken: !file.broken.is_empty(),
+            library: Vec::new(),
+            names: Arc::new(names),
+        }));
         index
     }
 
@@ -432,8 +452,9 @@ impl Resolver<'_> {
 
     fn import(&mut self, module: usize, name: &Name, names: &mut Names) {
         let Some(from) = self.program.modules.get(module) else { return };
-        let own = from.names.iter().filter_map(|((space, known), entries)| {
-            Some((known, *space, *entries.iter().find(|entry| entry.id.module == module)?))
+        let known = from.names.iter().flat_map(|(space, names)| names.iter().map(move |known| (*space, known)));
+        let own = known.filter_map(|(space, (known, entries))| {
+            Some((known, space, *entries.iter().find(|entry| entry.id.module == module)?))
         });
         let found: Vec<_> = own.clone().filter(|(known, ..)| **known == name.node).collect();
         if found.is_empty() {
@@ -472,7 +493,7 @@ impl Resolver<'_> {
                     .help(format!("choose another name; {}", reserved_meaning(&name.node))),
             );
         }
-        let entries = names.entry((space, name.node.clone())).or_default();
+        let entries = entries(names, space, &name.node);
         if let Some(first) = entries.iter().find(|first| !first.is_unknown()) {
             let how = if first.imported { "used" } else { "declared" };
             self.problems.push(

@@ -28,7 +28,7 @@ impl<'a> Checker<'a> {
 
     /// Reports what the scenario as a whole lacks, unless it may stand in an item with a syntax error.
     pub fn missing(&mut self, problem: Problem) {
-        if self.program.main().is_some_and(|main| main.file.broken.is_empty()) {
+        if self.program.main().is_some_and(|main| !main.broken) {
             self.report(problem);
         }
     }
