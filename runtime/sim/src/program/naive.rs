@@ -355,13 +355,13 @@ fn address(master: u64, part: u16) -> Address {
 }
 
 /// Numbers that break things.
-const CORNERS: [f64; 8] = [0.0, -0.0, 5e-324, -1e-310, 1e300, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
+const EXTREMES: [f64; 8] = [0.0, -0.0, 5e-324, -1e-310, 1e300, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
 
 /// The same with some numbers that break things.
 fn wild(mut agents: Agents, stream: &mut Stream) -> Agents {
     let of = |numbers: &mut f64, stream: &mut Stream| {
         if stream.below(8) == 0 {
-            *numbers = CORNERS[stream.below(8) as usize];
+            *numbers = EXTREMES[stream.below(8) as usize];
         }
     };
     let Agents { position, velocity, course, command, last_command, heading, .. } = &mut agents;
