@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::ast::{
-    AgentsDecl, Assignment, Call, EndItem, Expr, ExprAt, FormationDecl, Item, Name, RewardTerm, Span,
-    Spanned,
+    AgentsDecl, Assignment, Call, EndItem, Expr, ExprAt, FormationDecl, Item, Name, RewardTerm, Span, Spanned,
 };
 use crate::check::Override;
 use crate::check::call::MISPLACED_DRAW;
@@ -127,9 +126,9 @@ impl Change<'_> {
         let same = |other: &Assignment| other.path.len() == 1 && other.path[0].node == name.node;
         if !setting.random {
             self.params.push(Override { name: name.clone(), value: setting.value.clone() });
-            if let Some(Item::Randomise(settings)) = self.find(
-                |item| matches!(item, Item::Randomise(settings) if settings.iter().any(same)),
-            ) {
+            if let Some(Item::Randomise(settings)) =
+                self.find(|item| matches!(item, Item::Randomise(settings) if settings.iter().any(same)))
+            {
                 settings.retain(|other| !same(other));
             }
             return;

@@ -215,9 +215,14 @@ impl Program {
     /// What a name stands for in a module.
     pub fn find(&self, module: usize, space: Space, name: &str) -> Option<Entry> {
         let seen = std::iter::once(module).chain(0..self.prelude);
-        let mut found = seen.filter_map(|m| self.modules.get(m)?.names.get(&space)?.get(name)).flatten().copied();
+        let mut found =
+            seen.filter_map(|m| self.modules.get(m)?.names.get(&space)?.get(name)).flatten().copied();
         let first = found.next()?;
-        Some(if first.is_unknown() { found.find(|entry| !entry.is_unknown()).unwrap_or(first) } else { first })
+        Some(if first.is_unknown() {
+            found.find(|entry| !entry.is_unknown()).unwrap_or(first)
+        } else {
+            first
+        })
     }
 
     /// All names of a space that a module sees.
@@ -452,7 +457,8 @@ impl Resolver<'_> {
 
     fn import(&mut self, module: usize, name: &Name, names: &mut Names) {
         let Some(from) = self.program.modules.get(module) else { return };
-        let known = from.names.iter().flat_map(|(space, names)| names.iter().map(move |known| (*space, known)));
+        let known =
+            from.names.iter().flat_map(|(space, names)| names.iter().map(move |known| (*space, known)));
         let own = known.filter_map(|(space, (known, entries))| {
             Some((known, space, *entries.iter().find(|entry| entry.id.module == module)?))
         });

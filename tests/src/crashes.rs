@@ -68,9 +68,9 @@ impl Sample {
     /// If the study does not run even undisturbed.
     pub fn new() -> Result<Sample, String> {
         let compiled = mpgx_lang::compile("crashes.scn", SCENARIO.into(), &[], &mpgx_lang::source::NoFiles);
-        let plan = compiled.plan.ok_or_else(|| {
-            mpgx_lang::problem::render_short(&compiled.problems, &compiled.sources)
-        })?;
+        let plan = compiled
+            .plan
+            .ok_or_else(|| mpgx_lang::problem::render_short(&compiled.problems, &compiled.sources))?;
         let mut sample = Sample { plan, hash: String::new(), files: Vec::new(), operations: 0, syncs: 0 };
         let disk = SimulatedDisk::default();
         let counting = Forgetful::new(&disk, None);

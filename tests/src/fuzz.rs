@@ -68,13 +68,17 @@ pub fn fuzz(
             let found = tried(inputs, batch);
             let mut tally = tally.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             tally.findings.extend(found.findings);
-            found.reached.into_iter().for_each(|(way, count)| *tally.reached.entry(way).or_default() += count);
+            found
+                .reached
+                .into_iter()
+                .for_each(|(way, count)| *tally.reached.entry(way).or_default() += count);
         }
     };
     let work = &work;
     std::thread::scope(|scope| {
         for thread in 0..threads {
-            let started = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, move || work(thread));
+            let started =
+                std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, move || work(thread));
             if started.is_err() {
                 work(thread);
             }

@@ -67,7 +67,8 @@ pub fn kill_often(
 
 fn fresh(folder: &Path, name: &str, scenario: &str) -> Result<std::path::PathBuf, String> {
     let here = folder.join(name);
-    let made = std::fs::create_dir_all(&here).and_then(|()| std::fs::write(here.join("scenario.scn"), scenario));
+    let made =
+        std::fs::create_dir_all(&here).and_then(|()| std::fs::write(here.join("scenario.scn"), scenario));
     made.map(|()| here).map_err(|why| why.to_string())
 }
 

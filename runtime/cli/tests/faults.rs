@@ -46,11 +46,8 @@ fn an_endless_file_is_refused() {
 #[test]
 fn one_folder_has_one_run() {
     let long = folder(&SCENARIO.replace("steps = 9000", "steps = 1000000"));
-    let mut first = mpgx(long.path(), &["run", "kills.scn"])
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
+    let mut first =
+        mpgx(long.path(), &["run", "kills.scn"]).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     while !long.path().join("runs/kills/owner.json").exists() {
         assert!(first.try_wait().unwrap().is_none());
         std::thread::yield_now();

@@ -45,13 +45,19 @@ fn told(folder: &Path, arguments: &[&str]) -> f64 {
 /// Small and large networks, a long memory, large teams and long records.
 #[test]
 fn the_memory_that_is_told_is_within_half_of_what_is_used() {
-    let many = [("observe { F[i] - p[i] for i in follower }", "observe each i in follower { F[i] - p[i] for j in follower }")];
+    let many = [(
+        "observe { F[i] - p[i] for i in follower }",
+        "observe each i in follower { F[i] - p[i] for j in follower }",
+    )];
     let cases: [(&str, &[(&str, &str)]); 5] = [
         ("small", &[]),
         ("wide", &[("steps = 400, hidden = [16, 12]", "steps = 30, batch = 16, hidden = [900, 900]")]),
         ("long", &[("steps = 400", "steps = 60000, replay = 1000000, batch = 1"), ("seeds 2", "seeds 1")]),
         ("records", &[("horizon = 30 steps", "horizon = 2000 steps"), ("episodes = 5", "episodes = 20")]),
-        ("team", &[many[0], ("follower[2]", "follower[40]"), ("steps = 400", "steps = 2000, replay = 1000000")]),
+        (
+            "team",
+            &[many[0], ("follower[2]", "follower[40]"), ("steps = 400", "steps = 2000, replay = 1000000")],
+        ),
     ];
     for (name, changes) in cases {
         let folder = tempfile::tempdir().unwrap();

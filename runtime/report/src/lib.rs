@@ -8,13 +8,14 @@ use std::collections::BTreeMap;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior, Value, context};
 use mpgx_lang::plan::Plan;
-use mpgx_study::record::{CellRecord, Timing};
+use mpgx_study::record::{CellRecord, LocaliserRecord, Timing};
 use mpgx_study::summary::Summary;
 use serde::{Deserialize, Serialize};
 
 mod band;
 mod compare;
 mod course;
+mod film;
 mod grid;
 mod import;
 mod lines;
@@ -50,6 +51,8 @@ pub struct Input<'a> {
     pub records: &'a BTreeMap<String, CellRecord>,
     /// By cell.
     pub timings: &'a BTreeMap<String, Timing>,
+    /// Networks that tell poses, by name.
+    pub localisers: &'a BTreeMap<String, LocaliserRecord>,
     pub summary: &'a Summary,
     pub provenance: Provenance,
     /// Published results of the very scenario, if there are any.

@@ -13,6 +13,7 @@ mod paper;
 mod playback;
 mod provenance;
 mod reward;
+mod sight;
 mod verdict;
 
 pub struct Panel {
@@ -37,6 +38,7 @@ pub struct Content {
 pub const PANELS: &[Panel] = &[
     verdict::PANEL,
     playback::PANEL,
+    sight::PANEL,
     curves::PANEL,
     comparison::PANEL,
     health::PANEL,

@@ -99,7 +99,7 @@ impl<'a> Sight<'a> {
         let scene = |group: &Group| -> Result<Option<Scene>, Halt> {
             let (Some(camera), Some((room, light))) = (&group.camera, &self.room) else { return Ok(None) };
             let EpisodeKey { master, protocol, seed, episode } = key;
-            let light = light.unwrap_or(TimeOfDay::ALL[episode as usize % TimeOfDay::ALL.len()]);
+            let light = light.unwrap_or_else(|| TimeOfDay::of_trial(episode));
             let trial = TrialKey { master, protocol, seed, episode };
             Scene::new(room, camera, light, trial).map(Some).map_err(|why| blind(&why.to_string()))
         };
@@ -162,7 +162,7 @@ impl<'a> Sight<'a> {
         };
         let moving = |agent: usize| {
             let now = task.stand(truth, agent);
-            moving(now, belief.before.get(agent).copied().unwrap_or(now), self.dt_s)
+            Moving::between(belief.before.get(agent).copied().unwrap_or(now), now, self.dt_s)
         };
         let all = self.robots.iter().map(|&agent| (agent, moving(agent))).collect::<Vec<_>>();
         let image = |agent: usize| {
@@ -203,16 +203,6 @@ impl Belief {
         told.position_error_m.push(self.position_error_m / looks);
         told.heading_error_rad.push(self.heading_error_rad / looks);
         told.poses.extend(self.poses);
-    }
-}
-
-/// How a robot moves that stood elsewhere a moment ago.
-fn moving([x, y, heading]: [f64; 3], [x0, y0, heading0]: [f64; 3], dt_s: f64) -> Moving {
-    let turned = libm::remainder(heading - heading0, std::f64::consts::TAU);
-    Moving {
-        pose: Pose { x_m: x, y_m: y, heading_rad: heading },
-        velocity_mps: [(x - x0) / dt_s, (y - y0) / dt_s],
-        turn_radps: turned / dt_s,
     }
 }
 

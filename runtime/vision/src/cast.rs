@@ -28,6 +28,16 @@ impl Moving {
         Moving { pose, ..Moving::default() }
     }
 
+    /// A robot that stood at `before` (x and y in m, heading in rad) and stands at `now`, `dt_s` later.
+    pub fn between(before: [f64; 3], now: [f64; 3], dt_s: f64) -> Moving {
+        let rate = |axis: usize| (now[axis] - before[axis]) / dt_s;
+        Moving {
+            pose: Pose { x_m: now[0], y_m: now[1], heading_rad: now[2] },
+            velocity_mps: [rate(0), rate(1)],
+            turn_radps: libm::remainder(now[2] - before[2], std::f64::consts::TAU) / dt_s,
+        }
+    }
+
     /// `later_s` after the middle of the exposure.
     pub fn at(&self, later_s: f64) -> Pose {
         Pose {

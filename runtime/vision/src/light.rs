@@ -16,6 +16,11 @@ pub enum TimeOfDay {
 }
 
 impl TimeOfDay {
+    /// The light of a trial where none is asked for: each in turn.
+    pub fn of_trial(number: u32) -> TimeOfDay {
+        TimeOfDay::ALL[number as usize % TimeOfDay::ALL.len()]
+    }
+
     pub const ALL: [TimeOfDay; 3] = [TimeOfDay::Morning, TimeOfDay::Afternoon, TimeOfDay::Evening];
 
     pub fn name(self) -> &'static str {

@@ -64,7 +64,7 @@ impl TrialsConfig {
         let kinds = TrajectoryKind::ALL;
         let at = number as usize;
         let config = TrialConfig {
-            time_of_day: TimeOfDay::ALL[at % 3],
+            time_of_day: TimeOfDay::of_trial(number),
             trajectory: TrajectoryConfig { kind: kinds[at / 3 % 3], ..self.trajectory.clone() },
             duration_s: self.duration_s,
             others: self.others,

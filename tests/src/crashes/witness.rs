@@ -86,7 +86,11 @@ impl Promises {
         for (path, promise) in self.lock().iter_mut() {
             let found = disk.read_if_there(path).map_err(|error| error.to_string())?;
             let kept = match (&found, &promise.kept) {
-                (found, None) => found.is_none() || promise.log || promise.wanted.iter().any(|it| Some(it) == found.as_ref()),
+                (found, None) => {
+                    found.is_none()
+                        || promise.log
+                        || promise.wanted.iter().any(|it| Some(it) == found.as_ref())
+                }
                 (Some(found), Some(kept)) if promise.log => found.starts_with(kept),
                 (Some(found), Some(kept)) => found == kept || promise.wanted.contains(found),
                 (None, Some(_)) => false,

@@ -34,7 +34,8 @@ impl Corpus {
         let texts = paths.filter_map(|path| std::fs::read_to_string(path).ok());
         let mut files: Vec<String> = texts.filter(|text| text.len() <= MOST_BYTES).collect();
         files.extend(MODULES.iter().map(|(_, text)| text.to_string()));
-        let mut valid: Vec<String> = files.iter().filter(|text| super::front::plan(text).is_some()).cloned().collect();
+        let mut valid: Vec<String> =
+            files.iter().filter(|text| super::front::plan(text).is_some()).cloned().collect();
         valid.sort_by_key(String::len);
         let valid = valid.iter().map(|text| items(text)).collect();
         let items = unique(files.iter().flat_map(|text| items(text)));
@@ -42,7 +43,8 @@ impl Corpus {
         let begins = |token: &&String, with: fn(u8) -> bool| token.bytes().next().is_some_and(with);
         let names = tokens.iter().filter(|token| begins(token, |byte| byte.is_ascii_alphabetic()));
         let numbers = tokens.iter().filter(|token| begins(token, |byte| byte.is_ascii_digit()));
-        let extremes = ["0", "1", "1e308", "1e-320", "4294967296", "18446744073709551616", "0.1e-9", "1000000"];
+        let extremes =
+            ["0", "1", "1e308", "1e-320", "4294967296", "18446744073709551616", "0.1e-9", "1000000"];
         let words = Words {
             names: names.cloned().collect(),
             numbers: numbers.cloned().chain(extremes.map(str::to_owned)).collect(),

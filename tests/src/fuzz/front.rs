@@ -103,7 +103,8 @@ fn told(compilation: &Compilation) -> Result<(), String> {
         return Err(format!("a Plan: {}, errors: {}", plan.is_some(), problems.errors()));
     }
     for problem in problems.iter() {
-        if problem.message.is_empty() || problem.span().is_none() || codes::find(problem.code.name).is_none() {
+        if problem.message.is_empty() || problem.span().is_none() || codes::find(problem.code.name).is_none()
+        {
             return Err(format!("a problem without words, a place or a code: {problem:?}"));
         }
     }

@@ -195,6 +195,7 @@ fn page(study: &Study, folder: &Path, storage: &dyn Storage) -> Result<String, F
         source: &study.source,
         records: &study.records,
         timings: &study.timings,
+        localisers: &study.localisers,
         summary,
         provenance: provenance::kept(storage),
         published: suite::published(&study.plan),

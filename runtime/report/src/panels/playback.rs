@@ -8,6 +8,7 @@ use mpgx_study::record::Trajectory;
 use serde::Serialize;
 
 use super::{Content, Panel};
+use crate::film::film;
 use crate::text::plural;
 use crate::tracks::{Pool, Track, formations_of_places};
 use crate::view::View;
@@ -20,6 +21,7 @@ pub const PANEL: Panel = Panel {
         include_str!("../script/player/tracks.js"),
         include_str!("../script/player/scene.js"),
         include_str!("../script/player/lanes.js"),
+        include_str!("../script/player/film.js"),
         include_str!("../script/player/files.js"),
         include_str!("../script/player/player.js")
     )),
@@ -68,7 +70,9 @@ struct Actor<'a> {
 
 fn content(view: &View) -> Option<Content> {
     let plan = view.input.plan;
-    let mut pool = Pool::new(view.room.saturating_sub(RESERVE).min(MOST));
+    let film = film(view);
+    let taken = RESERVE + film.as_ref().map_or(0, |film| film.src.len());
+    let mut pool = Pool::new(view.room.saturating_sub(taken).min(MOST));
     let mut tracks = Vec::new();
     let mut complete = true;
     for (episode, (method, seed), protocol) in order(view) {
@@ -99,12 +103,13 @@ fn content(view: &View) -> Option<Content> {
         episodes => plural(tracks.len(), "episode"),
         complete,
         obstacles => obstacles,
+        film => film.is_some(),
         margins => obstacles && plan.world.safety_m > 0.0,
     };
     let methods: Vec<_> =
         view.methods.iter().map(|method| Actor { label: method.label, style: &method.style }).collect();
     let data = serde_json::json!({
-        "stages": stages, "methods": methods, "blocks": pool.blocks, "tracks": tracks
+        "stages": stages, "methods": methods, "blocks": pool.blocks, "tracks": tracks, "film": film
     });
     Some(Content { context, data: Some(data) })
 }

@@ -80,6 +80,7 @@ pub fn everywhere() -> Sample {
         plan: poison(&clean.plan),
         records: poison(&clean.records),
         timings: clean.timings.clone(),
+        localisers: clean.localisers.clone(),
         summary: poison::<Summary>(&clean.summary),
         source: poison(&vec![("square_unison.scn".to_string(), format!("// {probe}\n{probe}\n"))]),
     }

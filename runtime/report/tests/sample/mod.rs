@@ -7,7 +7,9 @@ use mpgx_lang::source::NoFiles;
 use mpgx_random::{Address, Purpose, Stream};
 use mpgx_report::{Input, Provenance};
 use mpgx_study::Study;
-use mpgx_study::record::{CellRecord, Evaluation, Failure, Health, Timing, Training, Trajectory};
+use mpgx_study::record::{
+    CellRecord, Evaluation, Failure, Health, LocaliserRecord, Timing, Training, Trajectory,
+};
 use mpgx_study::summarise::summarise;
 use mpgx_study::summary::Summary;
 
@@ -27,6 +29,7 @@ pub struct Sample {
     pub source: Vec<(String, String)>,
     pub records: BTreeMap<String, CellRecord>,
     pub timings: BTreeMap<String, Timing>,
+    pub localisers: BTreeMap<String, LocaliserRecord>,
     pub summary: Summary,
 }
 
@@ -48,13 +51,13 @@ impl Sample {
             ..summarise(&plan, &records, &timings)
         };
         let source = vec![(FILE.to_string(), SOURCE.to_string())];
-        Sample { plan, source, records, timings, summary }
+        Sample { plan, source, records, timings, localisers: BTreeMap::new(), summary }
     }
 
     /// The same as it is read from a folder.
     pub fn finished(self) -> Study {
-        let Sample { plan, source, records, timings, summary } = self;
-        Study { plan, source, records, timings, localisers: BTreeMap::new(), summary: Some(summary) }
+        let Sample { plan, source, records, timings, localisers, summary } = self;
+        Study { plan, source, records, timings, localisers, summary: Some(summary) }
     }
 
     pub fn input(&self) -> Input<'_> {
@@ -63,6 +66,7 @@ impl Sample {
             source: &self.source,
             records: &self.records,
             timings: &self.timings,
+            localisers: &self.localisers,
             summary: &self.summary,
             provenance: Provenance {
                 command: "mpgx run square_unison.scn".into(),

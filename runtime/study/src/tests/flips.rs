@@ -48,7 +48,8 @@ fn a_damaged_checkpoint_leaves_the_other_or_none() {
     };
     let (whole, warned) = loaded(&start, &identity);
     assert!(whole.is_some() && !warned);
-    let earlier = [without("checkpoint.0"), without("checkpoint.1")].into_iter().find(|it| *it != whole).unwrap();
+    let earlier =
+        [without("checkpoint.0"), without("checkpoint.1")].into_iter().find(|it| *it != whole).unwrap();
     for name in ["checkpoint.0", "checkpoint.1", "replay.log"] {
         let allowed = if name == "replay.log" { vec![earlier.clone(), None] } else { vec![without(name)] };
         for (damage, bytes) in damaged(&start.read(&path(name)).unwrap()) {
@@ -93,7 +94,11 @@ fn a_damaged_plan_or_summary_is_never_another_result() {
             disk.write(path, 0, &bytes).unwrap();
             let Ok(study) = load(&disk) else { continue };
             let Some(summary) = study.summary else { continue };
-            assert_eq!((summary.study_hash, study.records), (expected.clone(), records.clone()), "{path}, {damage}");
+            assert_eq!(
+                (summary.study_hash, study.records),
+                (expected.clone(), records.clone()),
+                "{path}, {damage}"
+            );
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Files: text of a bounded size, and images as PNG.
 
 use std::fs::File;
-use std::io::{BufReader, BufWriter, ErrorKind, Read, Write};
+use std::io::{BufReader, ErrorKind, Read};
 use std::path::Path;
 
 use super::error::DatasetError;
@@ -71,19 +71,19 @@ pub(crate) fn make_folder(path: &Path) -> Result<(), DatasetError> {
 
 /// Writes an image as PNG of 8-bit sRGB.
 pub fn write_png(path: &Path, image: &Image) -> Result<(), DatasetError> {
-    let io = |source| DatasetError::Io { path: path.into(), source };
-    let bad = |error: png::EncodingError| match error {
-        png::EncodingError::IoError(source) => io(source),
-        other => DatasetError::BadImage { path: path.into(), why: other.to_string() },
-    };
-    let mut file = BufWriter::new(File::create(path).map_err(io)?);
-    let mut encoder = png::Encoder::new(&mut file, image.width as u32, image.height as u32);
+    let bytes = png_bytes(image).map_err(|why| DatasetError::BadImage { path: path.into(), why })?;
+    write(path, &bytes)
+}
+
+/// An image as PNG of 8-bit sRGB; the error says why it is none.
+pub fn png_bytes(image: &Image) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, image.width as u32, image.height as u32);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
-    let mut writer = encoder.write_header().map_err(bad)?;
-    writer.write_image_data(&image.rgb).map_err(bad)?;
-    writer.finish().map_err(bad)?;
-    file.flush().map_err(io)
+    let mut writer = encoder.write_header().map_err(|why| why.to_string())?;
+    writer.write_image_data(&image.rgb).and_then(|()| writer.finish()).map_err(|why| why.to_string())?;
+    Ok(bytes)
 }
 
 /// Reads a PNG of any kind as 8-bit colour: palettes are looked up, grey becomes three equal bytes, transparency is left out.

@@ -8,7 +8,7 @@ mod seven_scenes;
 mod tum;
 
 pub use error::DatasetError;
-pub use file::{read_png, write_png};
+pub use file::{png_bytes, read_png, write_png};
 pub use pair::Truth;
 pub use recording::{Entry, Recording, Tags};
 pub use seven_scenes::read_seven_scenes;

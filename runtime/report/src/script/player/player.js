@@ -27,6 +27,7 @@
       const error = world.mix(world.numbers(track.error), 1, 0, Math.max(0, state.at - 1));
       note.textContent = `${struck ? 'collision, ' : ''}${Math.round(1000 * error)} mm from the slots`;
       note.classList.toggle('struck', struck > 0);
+      if (show.view) show.view(state.at * track.stride);
     }
     for (const lane of lanes) lane.draw(state.at, world.mix, ink);
   };
@@ -75,6 +76,9 @@
       show.canvas.addEventListener('click', toggle);
       title.append(name, show.note);
       box.append(title, show.canvas);
+      const { film } = data;
+      const seen = film && ['protocol', 'method', 'seed', 'episode'].every((key) => film[key] === show.track[key]);
+      show.view = seen && mpgx.film(film, box, () => paint());
       return box;
     }));
     const stage = stages[state.stage], learned = stage.agents.filter((agent) => agent.learned).length;
