@@ -5,15 +5,11 @@ use mpgx_study::storage::Crash;
 use mpgx_tests::crashes::{Sample, stream};
 use mpgx_tests::fuzz::{Inputs, Reached, fuzz};
 
-fn inputs() -> u64 {
-    std::env::var("MPGX_INPUTS").ok().and_then(|text| text.parse().ok()).unwrap_or(20_000)
-}
-
-/// Found numbers with units that came back as something else when they were looked into.
+/// It has found numbers with units that were printed without parentheses where something is looked up in them.
 #[test]
 fn strange_scenarios_are_compiled_or_refused() {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let tally = fuzz(&Inputs::new(1).unwrap(), 0..inputs(), cores, |_, _| {}, || false);
+    let tally = fuzz(&Inputs::new(1).unwrap(), 0..5000, cores, |_, _| {}, || false);
     assert!(tally.findings.is_empty(), "{:#?}", tally.findings);
     assert!(tally.at_least(Reached::Tree) * 4 > tally.inputs(), "{:?}", tally.reached);
     assert!(tally.at_least(Reached::Steps) * 50 > tally.inputs(), "{:?}", tally.reached);

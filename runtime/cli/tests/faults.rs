@@ -31,7 +31,6 @@ fn ends(output: &Output, code: i32, said: &str) {
     assert!(stderr.contains(said), "{stderr}");
 }
 
-/// Seen to hang without the limit on what is read.
 #[cfg(unix)]
 #[test]
 fn an_endless_file_is_refused() {

@@ -35,7 +35,7 @@ fn loaded(disk: &SimulatedDisk, identity: &Identity) -> (State, bool) {
     (state, !warnings.is_empty())
 }
 
-/// Seen to fail with the hash of the replay log unchecked, and with that of a section unchecked.
+/// Seen to fail with the hashes of sections and of the replay log unchecked.
 #[test]
 fn a_damaged_checkpoint_leaves_the_other_or_none() {
     let start = with_checkpoints(&small());
@@ -62,7 +62,7 @@ fn a_damaged_checkpoint_leaves_the_other_or_none() {
     }
 }
 
-/// Seen to fail with the hash of a section unchecked.
+/// Seen to fail with the hashes of sections unchecked.
 #[test]
 fn a_damaged_record_or_policy_is_refused() {
     let disk = SimulatedDisk::default();
