@@ -380,7 +380,8 @@ mod tests {
     /// A compilation looks only at what it uses of it.
     #[test]
     fn the_whole_standard_library_has_no_problems() {
-        let text = include_str!("../../scenarios/localise_and_follow.scn").to_owned() + "\nuse std.reward.collisions";
+        let text = include_str!("../../scenarios/localise_and_follow.scn").to_owned()
+            + "\nuse std.reward.collisions";
         let (mut sources, mut problems) = (Sources::default(), Problems::default());
         let file = sources.add("a.scn", text);
         let main = parse(&sources, file, &mut problems);

@@ -40,7 +40,7 @@ const MAX_BYTES: u64 = 1 << 20;
 /// Compiles the file `name`, or the embedded scenario of that name. Warnings and errors are in the result.
 pub fn compile(name: &str, overrides: &[Override]) -> Result<Compilation, Failure> {
     let path = Path::new(name);
-    if path.is_file() {
+    if path.exists() && !path.is_dir() {
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
         return Ok(mpgx_lang::compile(name, read(path)?, overrides, &Folder(folder)));
     }
