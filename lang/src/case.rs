@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::constant::{Constant, Constants};
-use crate::hir::{Expr, Hir, Landmark, Param, Slots, Track, World};
+use crate::hir::{Expr, Hir, Kind, Landmark, Param, Slots, Track, World};
 use crate::inline::{Inliner, Refusal, Value, group_of as group_of_set};
 use crate::plan::{self, AgentRef, Area, GroupId, IndexSet, ParamId, Quantity, Schedule, Setting, VarId};
 
@@ -59,10 +59,14 @@ impl<'s> Case<'s> {
 
     /// The value of a constant, finite number.
     pub fn number(&self, expr: &Expr) -> Option<f64> {
-        match self.value(expr).ok()? {
-            Value::Expr(expr) => self.finite(&expr),
-            _ => None,
-        }
+        let number = match &expr.kind {
+            Kind::Number(number) => Some(*number),
+            _ => match self.value(expr).ok()? {
+                Value::Expr(expr) => self.constants.number(&expr),
+                _ => None,
+            },
+        };
+        number.filter(|number| number.is_finite())
     }
 
     fn finite(&self, expr: &plan::Expr) -> Option<f64> {

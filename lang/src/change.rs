@@ -126,7 +126,7 @@ impl Change<'_> {
         let same = |other: &Assignment| other.path.len() == 1 && other.path[0].node == name.node;
         if !setting.random {
             self.params.push(Override { name: name.clone(), value: setting.value.clone() });
-            if let Some(Item::Randomise(settings)) =
+            while let Some(Item::Randomise(settings)) =
                 self.find(|item| matches!(item, Item::Randomise(settings) if settings.iter().any(same)))
             {
                 settings.retain(|other| !same(other));

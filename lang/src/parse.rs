@@ -71,10 +71,15 @@ impl Context<'_> {
 
 /// Where a node's last token ends: a rule that allows white space takes in what its missing last part may follow.
 fn end_of(node: &Node) -> usize {
+    let span = node.as_span();
+    // White space and comments end in a blank or a line end, for the item does not end with them.
+    if !span.as_str().ends_with([' ', '\t', '\n']) {
+        return span.end();
+    }
     let exact = matches!(node.as_rule(), Rule::number | Rule::unit | Rule::unit_factor | Rule::exponent);
     match node.clone().into_inner().next_back().filter(|_| !exact) {
         Some(last) => end_of(&last),
-        None => node.as_span().end(),
+        None => span.end(),
     }
 }
 

@@ -44,6 +44,8 @@ pub struct Scene<'p> {
     pub groups: Vec<Known>,
     /// The displacements of each formation.
     pub slots: Vec<Plane>,
+    /// What the motion of each group gives, where that depends on no agent.
+    alone: Vec<Option<Plane>>,
 }
 
 /// Enough for places that depend on a leader that depends on another.
@@ -73,6 +75,7 @@ impl<'p> Scene<'p> {
             params: plan.params.iter().map(|param| Interval::point(param.value)).collect(),
             groups: vec![unknown; world.groups.len()],
             slots: vec![Plane::ALL; world.formations.len()],
+            alone: Vec::new(),
         };
         for drawn in &world.randomise {
             let value = Eval::new(&scene).number(&drawn.value);
@@ -83,6 +86,11 @@ impl<'p> Scene<'p> {
 
     pub fn new(plan: &'p Plan, world: &'p World, mode: Mode) -> Scene<'p> {
         let mut scene = Scene::unknown(plan, world, mode);
+        let of_group = |(id, group): (GroupId, &Group)| match &group.control {
+            Control::Motion(motion) if is_alone(motion) => Some(scene.output(id, motion)),
+            _ => None,
+        };
+        scene.alone = world.groups.iter().enumerate().map(of_group).collect();
         for _ in 0..ROUNDS {
             let before = (scene.groups.clone(), scene.slots.clone());
             for formation in 0..world.formations.len() {
@@ -151,8 +159,8 @@ impl<'p> Scene<'p> {
                 asked: Plane::ZERO,
                 outside: outside(start, arena, pushed),
             },
-            Control::Motion(Motion { output: MotionOutput::Position(output), .. }) => {
-                let motion = self.output(id, &group.control, output);
+            Control::Motion(it @ Motion { output: MotionOutput::Position(_), .. }) => {
+                let motion = self.output(id, it);
                 let jump = motion.spread().over(Interval::point(dt));
                 let velocity = jump.hull(Plane::ZERO);
                 let outside = outside(motion, arena, false);
@@ -165,8 +173,8 @@ impl<'p> Scene<'p> {
                     outside,
                 }
             }
-            Control::Motion(Motion { output: MotionOutput::Velocity(output), .. }) => {
-                let asked = self.output(id, &group.control, output);
+            Control::Motion(it @ Motion { output: MotionOutput::Velocity(_), .. }) => {
+                let asked = self.output(id, it);
                 let clip = |v: Interval| v.max(Interval::point(speed.low)).min(Interval::point(speed.high));
                 let asked = Plane::new(clip(asked.x), clip(asked.y));
                 let command = if group_is_plain(group) { asked } else { Plane::disc(way(group)) };
@@ -220,8 +228,11 @@ impl<'p> Scene<'p> {
 
     /// All that a motion can tell: looked at piece by piece of its states, because what is computed from a state
     /// in two ways is known better where the state is known better.
-    fn output(&self, id: GroupId, control: &Control, output: &Expr) -> Plane {
-        let Control::Motion(motion) = control else { return Plane::ALL };
+    fn output(&self, id: GroupId, motion: &Motion) -> Plane {
+        if let Some(known) = self.alone.get(id).copied().flatten() {
+            return known;
+        }
+        let (MotionOutput::Velocity(output) | MotionOutput::Position(output)) = &motion.output;
         let states = self.states(id, motion);
         let pieces = match states.len() {
             1 => PIECES,
@@ -327,6 +338,16 @@ impl<'p> Scene<'p> {
             _ => false,
         }
     }
+}
+
+/// Whether a motion depends on no agent.
+fn is_alone(motion: &Motion) -> bool {
+    fn alone(expr: &Expr) -> bool {
+        let asks = matches!(expr, Expr::Agent(..) | Expr::Slot(..) | Expr::Rest(..) | Expr::Clearance(..));
+        !asks && expr.parts().into_iter().all(alone)
+    }
+    let (MotionOutput::Velocity(output) | MotionOutput::Position(output)) = &motion.output;
+    alone(output) && motion.states.iter().all(|state| alone(&state.start) && alone(&state.next))
 }
 
 /// The top speed of a group, m/s: no body outruns its command, unless one of its limits does not let it stand still.

@@ -1,7 +1,7 @@
 //! Groups of agents: what they are, what moves them, where they start.
 
 use super::call::BAD_ARGUMENTS;
-use super::fits::Wanted;
+use super::fits::{Wanted, What};
 use super::settings::{GIVEN_TWICE, MISSING};
 use super::value::OUT_OF_RANGE;
 use super::{Checker, Scope};
@@ -274,7 +274,7 @@ impl<'a> Checker<'a> {
         if matches!(&value.type_, Type::List(of) if **of == point) {
             return self.places(group, value, setting);
         }
-        self.fits(value, &point, &Wanted::by(format!("`{name}`")), &[], &mut Default::default())
+        self.fits(value, &point, &Wanted::by(What::Name(name)), &[], &mut Default::default())
     }
 }
 

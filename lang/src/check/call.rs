@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::fits::Wanted;
+use super::fits::{Wanted, What};
 use super::{Checker, Scope};
 use crate::ast::{Argument, Call, Item, Span};
 use crate::dim::{Dim, Substitution};
@@ -259,14 +259,14 @@ impl<'a> Checker<'a> {
     }
 
     /// Where the type of an argument comes from: its declaration, or an argument that fixed the dimension before.
-    fn argument_wanted(
+    fn argument_wanted<'p>(
         &self,
         call: &Call,
-        param: &Parameter,
+        param: &'p Parameter,
         params: &[Parameter],
         given: &[Option<(Span, Expr)>],
-    ) -> Wanted {
-        let what = format!("`{}`", param.name);
+    ) -> Wanted<'p> {
+        let what = What::Name(&param.name);
         let generic = |dim: &Dim| dim.factors().any(|(base, _)| self.units.base(base).is_none());
         let earlier =
             params.iter().zip(given).find(|(other, given)| given.is_some() && other.type_ == param.type_);

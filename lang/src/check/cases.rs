@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::agents::UNUSED_START;
 use super::evaluate::is_episodes;
-use super::fits::Wanted;
+use super::fits::{Wanted, What};
 use super::settings::MISSING;
 use super::{Checker, Override, Scope};
 use crate::ast::{Assignment, ExprAt, Item, Span, Spanned, StageDecl, UntilDecl};
@@ -234,7 +234,7 @@ impl<'a> Checker<'a> {
                 return None;
             }
         };
-        let why = Wanted::like(format!("a bound of `{}`", measure.node), measure.span);
+        let why = Wanted::like(What::Of("a bound", &measure.node), measure.span);
         let mut scope = Scope::of(self.program.main);
         let bound = self.wanted(&mut scope, &until.bound, &Type::Number(dim), &why);
         let bound = self.constant(&bound, "the bound of a stage");

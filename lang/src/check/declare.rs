@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::call::{Action, Callable};
 use super::expr::CIRCULAR;
-use super::fits::Wanted;
+use super::fits::{Wanted, What};
 use super::{Checker, Override, Scope};
 use crate::ast::{self, FunctionDecl, Item, LetDecl, Spanned, TypeExpr};
 use crate::dim::Dim;
@@ -58,7 +58,7 @@ impl<'a> Checker<'a> {
             }
             let chosen = overrides.iter().rev().find(|chosen| chosen.name.node == name.node);
             if let Some(chosen) = chosen.filter(|_| !default.is_poison()) {
-                let why = Wanted::declared(format!("`{}`", name.node), name.span);
+                let why = Wanted::declared(What::Name(&name.node), name.span);
                 default = self.wanted(&mut scope, &chosen.value, &checked.type_, &why);
             }
             let value = self.constant(&default, &format!("`{}`", name.node));
@@ -115,7 +115,7 @@ impl<'a> Checker<'a> {
     pub fn parameter(&mut self, scope: &mut Scope, param: &'a ast::Parameter) -> Parameter {
         let name = &param.name;
         let declared = param.type_.as_ref().map(|type_| self.type_(type_, &scope.generics));
-        let why = Wanted::declared(format!("`{}`", name.node), name.span);
+        let why = Wanted::declared(What::Name(&name.node), name.span);
         let default = param.default.as_ref().map(|default| match &declared {
             Some(type_) => self.wanted(scope, default, type_, &why),
             None => self.expr(scope, default),
@@ -132,7 +132,7 @@ impl<'a> Checker<'a> {
             other => other.clone(),
         };
         let range = param.range.as_ref().map(|(low, high)| {
-            let why = Wanted::declared(format!("a limit of `{}`", name.node), name.span);
+            let why = Wanted::declared(What::Of("a limit", &name.node), name.span);
             let mut limit = |at| self.wanted(scope, at, &limit, &why).shared();
             (limit(low), limit(high))
         });
@@ -272,7 +272,7 @@ impl<'a> Checker<'a> {
                     self.local_let(&mut scope, decl);
                 }
                 scope.draws = decl.random;
-                let why = Wanted::declared(format!("the result of `{}`", decl.name.node), decl.result.span);
+                let why = Wanted::declared(What::Of("the result", &decl.name.node), decl.result.span);
                 let value = self.wanted(&mut scope, &body.value, &result, &why);
                 if decl.random && !scope.drawn && !value.is_poison() {
                     self.report(

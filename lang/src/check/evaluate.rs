@@ -1,6 +1,6 @@
 //! Held-out evaluations and the claims about them.
 
-use super::fits::Wanted;
+use super::fits::{Wanted, What};
 use super::settings::path_span;
 use super::{Checker, Scope};
 use crate::ast::{Assignment, Expectation, ExpectationKind, ExprAt, Item, Name};
@@ -92,7 +92,7 @@ impl<'a> Checker<'a> {
                 let confidence = self.confidence(confidence.as_ref());
                 let (method, path) = self.claimed_method(path)?;
                 let (protocol, metric, dim) = self.measured(path)?;
-                let why = Wanted::by(format!("a bound of `{}`", self.sources.text(path_span(path))));
+                let why = Wanted::by(What::Of("a bound", self.sources.text(path_span(path))));
                 let main = self.program.main;
                 let bound = self.wanted(&mut Scope::of(main), bound, &Type::Number(dim), &why);
                 let bound = self.constant(&bound, "a bound")?;

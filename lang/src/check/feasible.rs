@@ -18,11 +18,14 @@ impl Checker<'_> {
     pub fn feasible(&mut self) {
         let spent = Cell::new(0);
         let declared: Vec<Option<f64>> = self.hir.params.iter().map(|param| param.value).collect();
-        let mut found = self.infeasible(&Case::with(&self.hir, &[], declared.clone(), &spent));
+        let case = Case::with(&self.hir, &[], declared.clone(), &spent);
+        let mut found = self.misplaced(&case);
+        let sound = found.is_empty();
+        found.extend(self.infeasible(&case, sound));
         for (param, end, at) in self.ends_of_draws(&declared, &spent) {
             let mut params = declared.clone();
             params.iter_mut().skip(param).take(1).for_each(|value| *value = Some(end));
-            for problem in self.infeasible(&Case::with(&self.hir, &[], params, &spent)) {
+            for problem in self.infeasible(&Case::with(&self.hir, &[], params, &spent), sound) {
                 if !found.iter().any(|told| (told.code, told.span()) == (problem.code, problem.span())) {
                     found.push(problem.with(at, "drawn here"));
                 }
@@ -42,14 +45,21 @@ impl Checker<'_> {
         ends
     }
 
-    fn infeasible(&self, case: &Case) -> Vec<Problem> {
+    /// What no value of a parameter could mend.
+    fn misplaced(&self, case: &Case) -> Vec<Problem> {
+        let mut problems = Vec::new();
+        self.never_outside(case, &mut problems);
+        (0..case.world.groups.len()).for_each(|group| self.start_order(case, group, &mut problems));
+        problems
+    }
+
+    /// What is wrong with these values of the parameters. `sound`: nothing is misplaced.
+    fn infeasible(&self, case: &Case, sound: bool) -> Vec<Problem> {
         let mut problems = Vec::new();
         problems.extend(self.hir.bounds.iter().filter_map(|bound| self.out_of_bounds(case, bound)));
         self.world_limits(case, &mut problems);
         problems.extend(self.outlines(case));
-        self.never_outside(case, &mut problems);
-        for (number, group) in case.world.groups.iter().enumerate() {
-            self.start_order(case, number, &mut problems);
+        for group in &case.world.groups {
             for setting in [&group.arena, &group.speed].into_iter().flatten() {
                 self.rising(case, setting, &mut problems);
             }
@@ -62,7 +72,7 @@ impl Checker<'_> {
             }
         }
         // A size out of range may be why places are too close or outside.
-        if problems.is_empty() {
+        if sound && problems.is_empty() {
             problems.extend(self.outside_room(case));
             (0..case.world.formations.len()).for_each(|number| self.formation(case, number, &mut problems));
         }
@@ -230,16 +240,15 @@ impl Checker<'_> {
         let (Some(slots), Some(safety)) = (case.slots(number), case.constants.safety_m) else { return };
         let about = formation.about.and_then(|about| case.world.groups.get(about));
         let about = about.map_or("", |group| group.name.as_str());
-        let mut places: Vec<(String, (f64, f64))> = vec![(format!("`{about}`"), (0.0, 0.0))];
-        places.extend(
-            slots.into_iter().enumerate().map(|(k, slot)| (format!("`{}[{}]`", formation.name, k + 1), slot)),
-        );
-        let points: Vec<(f64, f64)> = places.iter().map(|place| place.1).collect();
+        let points: Vec<(f64, f64)> = std::iter::once((0.0, 0.0)).chain(slots).collect();
         let nearest = nearest_two(&points);
         let Some((apart, i, j)) = nearest else { return };
         // Rounding must not make a square of just the safety distance too small.
         if apart < safety * (1.0 - 1e-9) {
-            let name = |k: usize| places.get(k).map_or("", |place| place.0.as_str());
+            let name = |k: usize| match k {
+                0 => format!("`{about}`"),
+                k => format!("`{}[{k}]`", formation.name),
+            };
             let message = format!(
                 "{} and {} are {} m apart, below the safety distance of {} m",
                 name(i),

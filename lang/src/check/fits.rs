@@ -1,5 +1,8 @@
 //! Whether a value is what a place wants, and how to say what is wrong otherwise.
 
+use std::borrow::Cow;
+use std::fmt;
+
 use super::{Checker, Scope};
 use crate::ast::{self, ExprAt, Span};
 use crate::dim::{Dim, Ratio, Substitution};
@@ -8,27 +11,58 @@ use crate::plan::{BinaryOp, Function, Reduction, UnaryOp};
 use crate::problem::{Code, Problem};
 use crate::resolve::listed;
 
-/// What wants a value.
+/// What wants a value. For people it is the subject of a sentence, which is made only if there is something to say.
 #[derive(Clone, Debug)]
-pub struct Wanted {
-    /// For people, as the subject of a sentence: "`radius`", "the filter".
-    pub what: String,
+pub struct Wanted<'w> {
+    what: What<'w>,
     /// Where it is declared, or what it must be like.
     pub declared: Option<Span>,
     like: bool,
 }
 
-impl Wanted {
-    pub fn by(what: impl Into<String>) -> Wanted {
+#[derive(Clone, Debug)]
+pub enum What<'w> {
+    /// "the filter"
+    Words(Cow<'w, str>),
+    /// "`radius`"
+    Name(&'w str),
+    /// "a limit of `radius`"
+    Of(&'static str, &'w str),
+}
+
+impl fmt::Display for What<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            What::Words(words) => f.write_str(words),
+            What::Name(name) => write!(f, "`{name}`"),
+            What::Of(what, name) => write!(f, "{what} of `{name}`"),
+        }
+    }
+}
+
+impl<'w> From<&'w str> for What<'w> {
+    fn from(words: &'w str) -> Self {
+        What::Words(words.into())
+    }
+}
+
+impl From<String> for What<'_> {
+    fn from(words: String) -> Self {
+        What::Words(words.into())
+    }
+}
+
+impl<'w> Wanted<'w> {
+    pub fn by(what: impl Into<What<'w>>) -> Self {
         Wanted { what: what.into(), declared: None, like: false }
     }
 
-    pub fn declared(what: impl Into<String>, at: Span) -> Wanted {
+    pub fn declared(what: impl Into<What<'w>>, at: Span) -> Self {
         Wanted { what: what.into(), declared: Some(at), like: false }
     }
 
     /// It must be what something beside it is.
-    pub fn like(what: impl Into<String>, other: Span) -> Wanted {
+    pub fn like(what: impl Into<What<'w>>, other: Span) -> Self {
         Wanted { what: what.into(), declared: Some(other), like: true }
     }
 

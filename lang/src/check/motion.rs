@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::fits::{TYPE_MISMATCH, Wanted};
+use super::fits::{TYPE_MISMATCH, Wanted, What};
 use super::{Checker, Scope};
 use crate::ast::{self, Item, LetDecl, MotionDecl, ShapeDecl, ShapeSlots, Span, StateDecl};
 use crate::dim::Dim;
@@ -118,7 +118,7 @@ impl<'a> Checker<'a> {
                 };
                 let value = self.drawn_or_set(scope, output);
                 let type_ = Type::Vector(self.units.base(dim));
-                let why = Wanted::declared(format!("`{}`", output.name.node), output.name.span);
+                let why = Wanted::declared(What::Name(&output.name.node), output.name.span);
                 let value = self.fits(value, &type_, &why, &[], &mut Default::default());
                 return (!value.is_poison()).then(|| make(value));
             }

@@ -2,7 +2,7 @@
 
 use super::declare::NOTHING_DRAWN;
 use super::expr::{CIRCULAR, UNKNOWN_NAME};
-use super::fits::Wanted;
+use super::fits::{Wanted, What};
 use super::settings::path_span;
 use super::{Checker, Scope};
 use crate::ast::{Assignment, Item, Span};
@@ -75,7 +75,7 @@ impl<'a> Checker<'a> {
             });
             return Expr::poison(value.span);
         }
-        let why = Wanted::declared(format!("`{name}`"), declared);
+        let why = Wanted::declared(What::Name(&name), declared);
         let value = self.fits(value, &Type::Number(dim), &why, &[], &mut Default::default());
         self.drawn_before(&value, id, drawn);
         self.draw_in_range(&value, declared);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::call::MISPLACED_DRAW;
-use super::fits::Wanted;
+use super::fits::{Wanted, What};
 use super::{Checker, Scope};
 use crate::ast::{Assignment, Item, Name, Span};
 use crate::hir::{Expr, Parameter, Type};
@@ -102,7 +102,7 @@ impl<'a> Checker<'a> {
         let Some(name) = setting.path.last() else { return Expr::poison(setting.value.span) };
         self.undrawn(setting);
         let mut scope = Scope { draws: setting.random, ..Scope::of(self.program.main) };
-        let value = self.wanted(&mut scope, &setting.value, type_, &Wanted::by(format!("`{}`", name.node)));
+        let value = self.wanted(&mut scope, &setting.value, type_, &Wanted::by(What::Name(&name.node)));
         if setting.random { Expr::poison(value.span) } else { value }
     }
 
@@ -122,7 +122,7 @@ impl<'a> Checker<'a> {
     pub fn setting(&mut self, setting: &'a Assignment, param: &Parameter, module: usize) -> Expr {
         self.undrawn(setting);
         let mut scope = Scope { draws: setting.random, ..Scope::of(module) };
-        let why = Wanted::declared(format!("`{}`", param.name), param.span);
+        let why = Wanted::declared(What::Name(&param.name), param.span);
         let value = self.wanted(&mut scope, &setting.value, &param.type_, &why);
         if setting.random {
             return Expr::poison(value.span);

@@ -15,6 +15,7 @@ use crate::resolve::{DUPLICATE_NAME, Space, listed};
 impl<'a> Checker<'a> {
     pub fn tests(&mut self) {
         let mut names: BTreeMap<&str, Span> = BTreeMap::new();
+        let mut scope = self.scope_of_check();
         for (_, item) in self.main_items() {
             let Item::Test { name, steps, .. } = &item.node else { continue };
             if let Some(first) = names.get(name.node.as_str()) {
@@ -27,15 +28,16 @@ impl<'a> Checker<'a> {
                 let problem = Problem::warning(&BAD_TEST, "this test checks nothing").at(name.span, "");
                 self.report(problem.help("end it with what shall hold: `check error < 1 cm`"));
             }
-            let steps = steps
-                .iter()
-                .filter_map(|step| Some(Spanned { node: self.test_step(&step.node)?, span: step.span }));
+            let steps = steps.iter().filter_map(|step| {
+                Some(Spanned { node: self.test_step(&step.node, &mut scope)?, span: step.span })
+            });
             let steps = steps.collect();
             self.hir.tests.push(hir::Test { name: name.node.clone(), steps, span: name.span });
         }
     }
 
-    fn test_step(&mut self, step: &'a TestStep) -> Option<hir::TestStep> {
+    /// `scope`: of what is checked.
+    fn test_step(&mut self, step: &'a TestStep, scope: &mut Scope) -> Option<hir::TestStep> {
         let vector = |dim: Dim| Type::Vector(dim);
         Some(match step {
             TestStep::Place { agent, at } => {
@@ -60,18 +62,17 @@ impl<'a> Checker<'a> {
                 hir::TestStep::Step(self.whole(&steps, "the number of steps", 1.0)?)
             }
             TestStep::Check { text, condition, tolerance } => {
-                let mut scope = self.scope_of_check();
                 let (actual, holds) = match tolerance {
                     None => {
                         let why = Wanted::by("what is checked");
-                        let holds = self.wanted(&mut scope, condition, &Type::Truth, &why);
+                        let holds = self.wanted(scope, condition, &Type::Truth, &why);
                         let actual = match &holds.kind {
                             Kind::Binary(op, left, _) if compares(*op) => Some((**left).clone()),
                             _ => None,
                         };
                         (actual.filter(|actual| matches!(actual.type_, Type::Number(_))), holds)
                     }
-                    Some(tolerance) => self.nearly(&mut scope, condition, tolerance)?,
+                    Some(tolerance) => self.nearly(scope, condition, tolerance)?,
                 };
                 hir::TestStep::Check { text: text.clone(), actual, holds }
             }
