@@ -22,6 +22,7 @@ pub const EMBEDDED: &[(&str, &str)] = &[
     ("leader_changes", include_str!("../../../scenarios/leader_changes.scn")),
     ("leader_loss", include_str!("../../../scenarios/leader_loss.scn")),
     ("literal_listing", include_str!("../../../scenarios/literal_listing.scn")),
+    ("localise_and_follow", include_str!("../../../scenarios/localise_and_follow.scn")),
     ("regulation_obstacles", include_str!("../../../scenarios/regulation_obstacles.scn")),
     ("robust_sensing", include_str!("../../../scenarios/robust_sensing.scn")),
     ("scaling", include_str!("../../../scenarios/scaling.scn")),
