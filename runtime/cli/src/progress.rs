@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use mpgx_study::Progress;
-use mpgx_study::record::{CellRecord, Timing};
+use mpgx_study::record::{CellRecord, LocaliserRecord, Timing};
 use mpgx_study::{Cell, CellId, Role};
 
 use crate::layout::{fold, width_of_stderr};
@@ -79,6 +79,17 @@ impl Display {
         }
     }
 
+    fn bar(&self, name: &str, steps: u64, of: u64) -> ProgressBar {
+        // The template is a constant; were it wrong, the plain bar would do.
+        let style = ProgressStyle::with_template(template(width_of_stderr()))
+            .unwrap_or_else(|_| ProgressStyle::default_bar())
+            .progress_chars("━━─");
+        let bar = self.lines.add(ProgressBar::new(of).with_style(style).with_prefix(name.to_owned()));
+        bar.set_position(steps);
+        bar.reset_eta();
+        bar
+    }
+
     fn finish(&self, cell: &Cell, text: &str) {
         if let Some(bar) = self.running().remove(&cell.id) {
             bar.finish_and_clear();
@@ -109,14 +120,7 @@ impl Progress for Display {
             }
             return;
         }
-        // The template is a constant; were it wrong, the plain bar would do.
-        let style = ProgressStyle::with_template(template(width_of_stderr()))
-            .unwrap_or_else(|_| ProgressStyle::default_bar())
-            .progress_chars("━━─");
-        let bar = self.lines.add(ProgressBar::new(of).with_style(style).with_prefix(cell.id.clone()));
-        bar.set_position(steps);
-        bar.reset_eta();
-        self.running().insert(cell.id.clone(), bar);
+        self.running().insert(cell.id.clone(), self.bar(&cell.id, steps, of));
     }
 
     fn episode(&self, cell: &Cell, steps: u64, _of: u64, last_return: f64, error_m: f64) {
@@ -143,6 +147,44 @@ impl Progress for Display {
             (None, None) => "evaluated".to_string(),
         };
         self.finish(cell, &text);
+    }
+
+    fn localiser_started(&self, name: &str, steps: u64, of: u64) {
+        self.trained.store(true, Ordering::Relaxed);
+        let goes_on = if steps > 0 { format!(", goes on at step {steps}") } else { String::new() };
+        self.say(&format!("          {name:<18} learns to tell poses, {of} steps{goes_on}"));
+        if self.terminal {
+            self.running().insert(name.to_owned(), self.bar(name, steps, of));
+        }
+    }
+
+    fn localiser_step(&self, name: &str, steps: u64, of: u64, error_percent: f64) {
+        if let Some(bar) = self.running().get(name) {
+            bar.set_position(steps);
+            bar.set_message(format!("position {error_percent:>5.2} % off"));
+        } else if steps.is_multiple_of(of.div_ceil(10)) {
+            self.say(&format!(
+                "          {name:<18} step {steps} of {of}, position {error_percent:.2} % off"
+            ));
+        }
+    }
+
+    fn localiser_finished(&self, record: &LocaliserRecord) {
+        if let Some(bar) = self.running().remove(&record.name) {
+            bar.finish_and_clear();
+            self.lines.remove(&bar);
+        }
+        let found = &record.network.all;
+        let percent = |component: usize| found.percent.get(component).copied().flatten().unwrap_or(f64::NAN);
+        let (x, y, median) = (percent(0), percent(1), 1000.0 * found.translation.median());
+        self.say(&format!(
+            "          {:<18} tells x and y to {x:.2} % and {y:.2} % of their ranges on unseen trials, half of them to {median:.0} mm",
+            record.name
+        ));
+    }
+
+    fn remark(&self, text: &str) {
+        self.say(&format!("warning: {text}"));
     }
 
     fn warning(&self, cell: &Cell, text: &str) {

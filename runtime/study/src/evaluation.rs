@@ -35,11 +35,11 @@ pub(crate) fn evaluate(
     interrupted: impl Fn() -> bool,
 ) -> Result<Evaluation, Halt> {
     let sight = sight.filter(|_| !driver.knows_all());
-    let mut evaluation = Evaluation::default();
-    evaluation.told = sight.map(|sight| {
+    let told = sight.map(|sight| {
         let agents = sight.agents().map(|agent| agent as u32).collect();
         Told { agents, ..Told::default() }
     });
+    let mut evaluation = Evaluation { told, ..Evaluation::default() };
     let side_by_side = if sight.is_some_and(Sight::has_rooms) { ROOMS_SIDE_BY_SIDE } else { SIDE_BY_SIDE };
     let mut done = 0;
     while done < episodes {
