@@ -214,3 +214,6 @@ fn address(key: EpisodeKey, agent: usize, step: u64) -> Address {
 fn blind(why: &str) -> Halt {
     Halt::Fault(Fault { cause: format!("no pose was told: {why}"), at: Place::default() })
 }
+
+#[cfg(test)]
+mod tests;
