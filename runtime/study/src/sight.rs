@@ -216,4 +216,4 @@ fn blind(why: &str) -> Halt {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -196,3 +196,6 @@ fn hash(weights: &Weights) -> Result<String, NetworkError> {
 fn wrong(localiser: &Localiser, why: &dyn std::fmt::Display) -> StudyError {
     StudyError::Plan { cause: format!("localiser `{}`: {why}", localiser.name), at: localiser.at.clone() }
 }
+
+#[cfg(test)]
+mod tests;

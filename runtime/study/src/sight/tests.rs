@@ -18,7 +18,7 @@ fn plan() -> Plan {
 }
 
 /// A follower with a camera in an empty room.
-fn seeing() -> Plan {
+pub fn seeing() -> Plan {
     let named = |name: &str, settings: &[(&str, f64)]| Extern {
         name: name.into(),
         settings: settings.iter().map(|(name, value)| ((*name).into(), Setting::Number(*value))).collect(),

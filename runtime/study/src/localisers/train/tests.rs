@@ -1,0 +1,87 @@
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use mpgx_lang::plan::{Extern, Localiser, Place, Plan, Setting};
+
+use crate::progress::Progress;
+use crate::record::LocaliserRecord;
+use crate::run::{Options, Outcome, run};
+use crate::sight::tests::seeing;
+use crate::storage::{SimulatedDisk, Storage};
+use crate::tests::sample;
+
+/// The first protocol's follower is told its pose by a tiny network of three steps.
+fn plan() -> Plan {
+    let mut plan = seeing();
+    plan.world.groups[1].camera.as_mut().unwrap().settings.insert("pixels".into(), Setting::Number(16.0));
+    let seen = plan.world.clone();
+    plan.world.localised.clear();
+    plan.protocols.truncate(1);
+    plan.protocols[0].world = Some(Box::new(seen));
+    plan.learners.truncate(1);
+    plan.seeds = 1;
+    let number = |value| Setting::Number(value);
+    let word = |word: &str| Setting::Word(word.into());
+    let settings = [
+        ("layers", number(18.0)),
+        ("channels", number(2.0)),
+        ("stem", word("standard")),
+        ("orientation", word("heading")),
+        ("bins", number(8.0)),
+        ("weighting", word("fixed")),
+        ("steps", number(3.0)),
+        ("batch", number(4.0)),
+        ("rate", number(1e-3)),
+        ("seed", number(1.0)),
+    ];
+    let settings = settings.map(|(name, value)| (name.to_owned(), value)).into();
+    let what = Extern { name: "resnet".into(), settings };
+    plan.localisers = vec![Localiser { name: "eyes".into(), what, at: Place::default() }];
+    plan
+}
+
+/// Interrupts the training of the network after its first step.
+struct Impatient(Arc<AtomicBool>);
+
+impl Progress for Impatient {
+    fn localiser_step(&self, _: &str, _: u64, _: u64, _: f64) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+struct Finished(std::sync::Mutex<Vec<LocaliserRecord>>);
+
+impl Progress for Finished {
+    fn localiser_finished(&self, record: &LocaliserRecord) {
+        self.0.lock().unwrap().push(record.clone());
+    }
+}
+
+/// Trained in one go, in parts, and found ready: one hash. A network that was damaged is trained anew.
+#[test]
+fn a_network_is_trained_once_and_goes_on_where_it_was() {
+    let (plan, whole) = (plan(), SimulatedDisk::default());
+    let hash = sample::hash_of(&whole, &plan);
+    let study = crate::load(&whole).unwrap();
+    let record = &study.localisers["eyes"];
+    assert_eq!((record.images, record.steps.as_slice()), (12, [1, 2, 3].as_slice()));
+    let told = study.records.values().filter_map(|record| record.protocols["random"].told.as_ref());
+    assert!(told.clone().count() > 0 && told.clone().all(|told| told.position_error_m[0] > 0.0));
+
+    let parts = SimulatedDisk::default();
+    let options = sample::options();
+    let impatient = Impatient(options.interrupt.clone());
+    let outcome = run(&plan, &sample::source(), &parts, &options, &impatient).unwrap();
+    assert!(matches!(outcome, Outcome::Interrupted { finished: 0, .. }));
+    let options = Options { interrupt: Arc::default(), ..options };
+    let finished = Finished(Default::default());
+    let outcome = run(&plan, &sample::source(), &parts, &options, &finished);
+    assert_eq!(sample::hash(outcome), hash);
+    assert_eq!(finished.0.into_inner().unwrap().as_slice(), [record.clone()]);
+    assert_eq!(sample::hash_of(&parts, &plan), hash);
+
+    parts.write("localisers/eyes/network.safetensors", 9, b"damage").unwrap();
+    assert_eq!(sample::hash_of(&parts, &plan), hash);
+    let again = crate::load(&parts).unwrap();
+    assert_eq!(again.localisers["eyes"], *record);
+}
