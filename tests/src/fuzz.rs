@@ -4,6 +4,7 @@ mod corpus;
 mod front;
 mod grammar;
 mod inputs;
+mod rules;
 mod shrink;
 
 use std::collections::BTreeMap;

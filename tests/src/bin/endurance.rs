@@ -87,7 +87,7 @@ fn crashed(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn fuzzed(arguments: &Arguments) -> Result<usize, Box<dyn std::error::Error>> {
-    let inputs = Inputs::new(arguments.seed)?;
+    let inputs = Inputs::new(arguments.seed).ok_or("the grammar cannot be read")?;
     let began = Instant::now();
     let numbers = arguments.from..arguments.from.saturating_add(arguments.count);
     let mark = |thread: usize, batch: Range<u64>| {

@@ -3,22 +3,16 @@
 use std::collections::BTreeMap;
 
 use mpgx_random::Stream;
-use pest_meta::ast::{Expr, RuleType};
-use pest_meta::parser::{self, Rule};
+
+use super::rules::{Expr, Rule, rules};
 
 const TEXT: &str = include_str!("../../../lang/src/scn.pest");
 
 /// The rules of the language, by name.
 pub struct Grammar {
-    rules: BTreeMap<String, Production>,
-}
-
-struct Production {
-    /// Whether blanks may stand between its parts; `None`: as where it is used.
-    spaced: Option<bool>,
-    expr: Expr,
-    /// Levels of rules below it at least.
-    height: usize,
+    rules: BTreeMap<String, Rule>,
+    /// Levels of rules below each, at least.
+    heights: BTreeMap<String, usize>,
 }
 
 /// Words for what the grammar leaves to the author.
@@ -28,41 +22,30 @@ pub struct Words {
 }
 
 impl Grammar {
-    /// # Errors
-    /// If the grammar is none.
-    pub fn new() -> Result<Grammar, String> {
-        let nodes = parser::parse(Rule::grammar_rules, TEXT).map_err(|error| error.to_string())?;
-        let rules = parser::consume_rules(nodes).map_err(|errors| format!("{errors:?}"))?;
-        let production = |ty, expr| Production {
-            spaced: match ty {
-                RuleType::Atomic | RuleType::CompoundAtomic => Some(false),
-                RuleType::NonAtomic => Some(true),
-                RuleType::Normal | RuleType::Silent => None,
-            },
-            expr,
-            height: usize::MAX,
-        };
-        let rules = rules.into_iter().map(|rule| (rule.name, production(rule.ty, rule.expr)));
-        let mut grammar = Grammar { rules: rules.collect() };
+    /// `None` if the grammar cannot be read.
+    pub fn new() -> Option<Grammar> {
+        let rules = rules(TEXT)?;
+        let heights = rules.keys().map(|name| (name.clone(), usize::MAX)).collect();
+        let mut grammar = Grammar { rules, heights };
         // Heights sink until none does any more.
         loop {
-            let height = |rule: &Production| grammar.height(&rule.expr).saturating_add(1);
-            let heights: Vec<usize> = grammar.rules.values().map(height).collect();
-            let sunk = grammar.rules.values().zip(&heights).any(|(rule, height)| rule.height != *height);
-            grammar.rules.values_mut().zip(heights).for_each(|(rule, height)| rule.height = height);
-            if !sunk {
-                return Ok(grammar);
+            let height =
+                |(name, rule): (&String, &Rule)| (name.clone(), grammar.height(&rule.expr).saturating_add(1));
+            let heights: BTreeMap<String, usize> = grammar.rules.iter().map(height).collect();
+            if heights == grammar.heights {
+                return Some(grammar);
             }
+            grammar.heights = heights;
         }
     }
 
     fn height(&self, expr: &Expr) -> usize {
         match expr {
-            Expr::Ident(name) => self.rules.get(name).map_or(0, |rule| rule.height),
-            Expr::Seq(a, b) => self.height(a).max(self.height(b)),
-            Expr::Choice(a, b) => self.height(a).min(self.height(b)),
-            Expr::RepOnce(a) | Expr::Push(a) => self.height(a),
-            _ => 0,
+            Expr::Name(name) => self.heights.get(name).copied().unwrap_or(0),
+            Expr::Row(parts) => parts.iter().map(|part| self.height(part)).max().unwrap_or(0),
+            Expr::Choice(ways) => ways.iter().map(|way| self.height(way)).min().unwrap_or(0),
+            Expr::Repeated(part, 1) => self.height(part),
+            Expr::Text(_) | Expr::Optional(_) | Expr::Repeated(..) => 0,
         }
     }
 
@@ -106,70 +89,45 @@ impl Writer<'_> {
 
     fn expr(&mut self, expr: &Expr, spaced: bool, depth: usize) {
         match expr {
-            Expr::Str(text) | Expr::Insens(text) => self.text += text,
-            Expr::Range(low, _) => self.text += low,
-            Expr::Ident(name) => self.rule(name, spaced, depth),
-            Expr::Seq(a, b) => {
-                self.expr(a, spaced, depth);
-                self.blank(spaced);
-                self.expr(b, spaced, depth);
-            }
-            Expr::Choice(..) => {
-                let mut ways = Vec::new();
-                choices(expr, &mut ways);
-                ways.retain(|way| self.grammar.height(way) < depth);
-                match ways.get(self.random.below(ways.len().max(1) as u64) as usize) {
-                    Some(way) => self.expr(way, spaced, depth),
-                    None => self.soonest(expr, spaced, depth),
+            Expr::Text(text) => self.text += text,
+            Expr::Name(name) => self.rule(name, spaced, depth),
+            Expr::Row(parts) => {
+                for (k, part) in parts.iter().enumerate() {
+                    if k > 0 && spaced && !self.text.ends_with(['\n', ' ']) {
+                        self.text += if self.random.below(40) == 0 { "\n    " } else { " " };
+                    }
+                    self.expr(part, spaced, depth);
                 }
             }
-            Expr::Opt(a) if self.may(a, depth) => self.expr(a, spaced, depth),
-            Expr::Rep(a) => self.repeat(a, spaced, depth),
-            Expr::RepOnce(a) => {
-                self.expr(a, spaced, depth);
-                self.repeat(a, spaced, depth);
+            Expr::Choice(ways) => {
+                let low: Vec<&Expr> = ways.iter().filter(|way| self.grammar.height(way) < depth).collect();
+                let chosen = self.random.below(low.len().max(1) as u64) as usize;
+                let soonest = || ways.iter().min_by_key(|way| self.grammar.height(way));
+                if let Some(way) = low.get(chosen).copied().or_else(soonest) {
+                    self.expr(way, spaced, depth);
+                }
             }
-            _ => {}
-        }
-    }
-
-    fn soonest(&mut self, expr: &Expr, spaced: bool, depth: usize) {
-        let mut ways = Vec::new();
-        choices(expr, &mut ways);
-        if let Some(way) = ways.into_iter().min_by_key(|way| self.grammar.height(way)) {
-            self.expr(way, spaced, depth);
+            Expr::Optional(part) if self.may(part, depth) => self.expr(part, spaced, depth),
+            Expr::Optional(_) => {}
+            Expr::Repeated(part, least) => {
+                if *least == 1 {
+                    self.expr(part, spaced, depth);
+                }
+                for _ in 0..4 {
+                    if !self.may(part, depth) {
+                        break;
+                    }
+                    if spaced {
+                        self.text += if self.random.below(3) == 0 { " " } else { "\n" };
+                    }
+                    self.expr(part, spaced, depth);
+                }
+            }
         }
     }
 
     /// Whether to write something that could be left out.
     fn may(&mut self, expr: &Expr, depth: usize) -> bool {
         self.grammar.height(expr) < depth && self.random.below(self.depth as u64) < depth as u64 / 2
-    }
-
-    fn repeat(&mut self, expr: &Expr, spaced: bool, depth: usize) {
-        let mut most = 4;
-        while most > 0 && self.may(expr, depth) {
-            if spaced {
-                self.text += if self.random.below(3) == 0 { " " } else { "\n" };
-            }
-            self.expr(expr, spaced, depth);
-            most -= 1;
-        }
-    }
-
-    fn blank(&mut self, spaced: bool) {
-        if spaced && !self.text.ends_with(['\n', ' ']) {
-            self.text += if self.random.below(40) == 0 { "\n    " } else { " " };
-        }
-    }
-}
-
-fn choices<'a>(expr: &'a Expr, ways: &mut Vec<&'a Expr>) {
-    match expr {
-        Expr::Choice(a, b) => {
-            choices(a, ways);
-            choices(b, ways);
-        }
-        way => ways.push(way),
     }
 }

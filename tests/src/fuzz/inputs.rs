@@ -26,10 +26,9 @@ pub enum Kind {
 }
 
 impl Inputs {
-    /// # Errors
-    /// If the grammar is none.
-    pub fn new(seed: u64) -> Result<Inputs, String> {
-        Ok(Inputs { grammar: Grammar::new()?, corpus: Corpus::new(), seed })
+    /// `None` if the grammar cannot be read.
+    pub fn new(seed: u64) -> Option<Inputs> {
+        Some(Inputs { grammar: Grammar::new()?, corpus: Corpus::new(), seed })
     }
 
     pub fn make(&self, number: u64) -> (Kind, String) {
