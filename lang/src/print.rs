@@ -168,6 +168,12 @@ fn test_step(step: &TestStep) -> String {
     }
 }
 
+/// A formula that begins a line, where `[` would look something up in the line before.
+fn entry(of: &ExprAt) -> String {
+    let text = expr(of);
+    if text.starts_with('[') { format!("({text})") } else { text }
+}
+
 /// What stands before `[` or `.`, where a unit would not be one.
 fn looked_into(of: &ExprAt) -> String {
     let text = expr(of);
@@ -350,7 +356,7 @@ fn function(it: &FunctionDecl) -> String {
     match &it.body {
         None => text,
         Some(body) if body.lets.is_empty() => text + " = " + &expr(&body.value),
-        Some(body) => block(&text, body.lets.iter().map(let_).chain([expr(&body.value)])),
+        Some(body) => block(&text, body.lets.iter().map(let_).chain([entry(&body.value)])),
     }
 }
 
@@ -368,7 +374,7 @@ fn state(it: &StateDecl) -> String {
 fn shape(it: &ShapeDecl) -> String {
     let head = format!("{}formation {}{}", doc(&it.doc), it.name.node, parameters(&it.params));
     let slots = match &it.slots {
-        ShapeSlots::List(slots) => block("slots", slots.iter().map(expr)),
+        ShapeSlots::List(slots) => block("slots", slots.iter().map(entry)),
         ShapeSlots::Rule { number, count, value } => {
             format!("slot {} of {} = {}", number.node, count.node, expr(value))
         }
@@ -389,7 +395,7 @@ fn assignment(it: &Assignment) -> String {
 fn observation(it: &ObserveItem) -> String {
     let over = it.over.as_ref().map(|over| format!(" for {}", self::over(over)));
     let via = it.via.as_ref().map(|via| format!(" via {}", via.node));
-    let head = expr(&it.value) + &over.or(via).unwrap_or_default();
+    let head = entry(&it.value) + &over.or(via).unwrap_or_default();
     if it.settings.is_empty() { head } else { block(&head, it.settings.iter().map(assignment)) }
 }
 
