@@ -70,6 +70,8 @@ enum Verb {
     List(verbs::list::Args),
     /// Write the report of finished studies again, from their records alone
     Report(verbs::report::Args),
+    /// Evaluate what a study has learned by other evaluations or in another scenario, without training
+    Eval(verbs::eval::Args),
     /// Write the weights and records of a study for other programs
     Export(verbs::export::Args),
     /// Measure this machine: kernels, learners, simulator and compiler
@@ -136,6 +138,7 @@ fn run(verb: Verb) -> Result<Exit, Failure> {
         Verb::Hash(args) => verbs::hash::run(args),
         Verb::List(args) => verbs::list::run(args),
         Verb::Report(args) => verbs::report::run(args),
+        Verb::Eval(args) => verbs::eval::run(args),
         Verb::Export(args) => verbs::export::run(args),
         Verb::Bench(args) => verbs::bench::run(args),
         Verb::View(args) => verbs::view::run(args),

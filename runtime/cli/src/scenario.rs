@@ -58,7 +58,11 @@ pub fn compile(name: &str, overrides: &[Override]) -> Result<Compilation, Failur
 
 /// Compiles, prints all problems on stderr, and gives the Plan if there were no errors.
 pub fn plan(name: &str, overrides: &[Override]) -> Result<(Plan, Compilation), Failure> {
-    let mut compilation = compile(name, overrides)?;
+    checked(name, compile(name, overrides)?)
+}
+
+/// The same of what was compiled already.
+pub fn checked(name: &str, mut compilation: Compilation) -> Result<(Plan, Compilation), Failure> {
     if !compilation.problems.is_empty() {
         anstream::eprint!("{}", render(&compilation.problems, &compilation.sources, Style::Coloured));
     }

@@ -318,7 +318,7 @@ fn every_verb_helps_and_every_built_in_scenario_compiles() {
     let help = text(&run(folder.path(), &["--help"]).stdout);
     for verb in [
         "run", "check", "compile", "explain", "test", "diff", "doc", "new", "fmt", "hash", "list", "report",
-        "view", "bench", "export",
+        "view", "bench", "export", "eval",
     ] {
         assert!(help.contains(verb));
         assert!(text(&run(folder.path(), &[verb, "--help"]).stdout).contains("Example: mpgx"), "{verb}");

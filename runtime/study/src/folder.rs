@@ -78,22 +78,21 @@ pub fn read_policy(storage: &dyn Storage, cell: &Cell) -> Result<Vec<u8>, StudyE
 }
 
 /// Freezes the Plan and its source, or finds them frozen by an earlier run; gives what is frozen, with the
-/// seeds now asked for. Another Plan is refused.
+/// seeds now asked for. Another Plan is refused; `identity` tells them apart.
 pub(crate) fn freeze(
     storage: &dyn Storage,
     plan: &Plan,
     source: &[(String, String)],
-    identity: &Identity,
-    master: u64,
+    identity: impl Fn(&Plan) -> Identity,
 ) -> Result<Plan, StudyError> {
-    let wanted = identity.0.to_hex().to_string();
+    let wanted = identity(plan).0.to_hex().to_string();
     if let Some(found) = storage.read_if_there(IDENTITY)? {
         if found != wanted.as_bytes() {
             let found = String::from_utf8_lossy(&found).chars().take(64).collect();
             return Err(StudyError::OtherPlan { found, wanted });
         }
         match read_plan(storage) {
-            Ok(mut frozen) if Identity::of(&frozen, master) == *identity => {
+            Ok(mut frozen) if identity(&frozen) == identity(plan) => {
                 let wanted = (plan.first_seed, plan.seeds);
                 if (frozen.first_seed, frozen.seeds) != wanted {
                     (frozen.first_seed, frozen.seeds) = wanted;
@@ -172,7 +171,7 @@ pub(crate) fn write_summary(storage: &dyn Storage, summary: &Summary) -> Result<
     Ok(storage.write_atomic(SUMMARY, &text)?)
 }
 
-fn read_identity(storage: &dyn Storage) -> Result<Identity, StudyError> {
+pub(crate) fn read_identity(storage: &dyn Storage) -> Result<Identity, StudyError> {
     let hash = storage.read_if_there(IDENTITY)?.ok_or(StudyError::NoStudy { file: IDENTITY })?;
     blake3::Hash::from_hex(&hash).map(Identity).map_err(|why| unreadable(IDENTITY, why))
 }

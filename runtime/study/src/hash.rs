@@ -24,6 +24,15 @@ impl Identity {
         hasher.update(&NUMERICS_VERSION.to_le_bytes());
         Identity(hasher.finalize())
     }
+
+    /// Of an evaluation of what another study learned.
+    pub fn learned_in(self, trained: Option<&Identity>) -> Identity {
+        let Some(trained) = trained else { return self };
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(self.0.as_bytes());
+        hasher.update(trained.0.as_bytes());
+        Identity(hasher.finalize())
+    }
 }
 
 /// The hash of all that must be the same on every machine and for every schedule: the Plan's meaning, the

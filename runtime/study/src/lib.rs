@@ -32,6 +32,7 @@ mod team;
 #[cfg(test)]
 mod tests;
 mod training;
+mod transfer;
 mod variants;
 mod work;
 mod worlds;
@@ -47,4 +48,5 @@ pub use owner::Owner;
 pub use progress::{Progress, Silent};
 pub use run::{Options, Outcome, REPORTING_MASTER, run};
 pub use sealed::{Damage, NUMERICS_VERSION};
+pub use transfer::{Trained, transfer, transferred};
 pub use variants::{Part, parts};

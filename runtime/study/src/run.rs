@@ -18,6 +18,7 @@ use crate::sealed::NUMERICS_VERSION;
 use crate::storage::Storage;
 use crate::summarise::summarise;
 use crate::summary::Summary;
+use crate::transfer::Trained;
 use crate::work::Work;
 use crate::worlds::Worlds;
 
@@ -74,34 +75,39 @@ pub fn run(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<Outcome, StudyError> {
-    run_in_order(plan, source, storage, options, progress, |_| {})
+    run_cells(plan, source, storage, options, progress, None, |_| {})
 }
 
-pub(crate) fn run_in_order(
+/// `trained`: the study whose policies are evaluated; without one they are learned. `arrange` changes the order.
+pub(crate) fn run_cells(
     plan: &Plan,
     source: &[(String, String)],
     storage: &dyn Storage,
     options: &Options,
     progress: &dyn Progress,
+    trained: Option<&Trained>,
     arrange: impl FnOnce(&mut Vec<Cell>),
 ) -> Result<Outcome, StudyError> {
     Worlds::new(plan)?;
     localisers::check(plan)?;
     cells(plan)?;
     let (plan, source) = places::without_folder(plan, source)?;
-    let study = Identity::of(&plan, options.master);
+    let learned_in = trained.map(Trained::identity).transpose()?;
+    let identity = |plan: &Plan| Identity::of(plan, options.master).learned_in(learned_in.as_ref());
     storage.create_folder("")?;
     let _lock = owner::acquire(storage, &options.owner)?;
-    let plan = folder::freeze(storage, &plan, &source, &study, options.master)?;
+    let plan = folder::freeze(storage, &plan, &source, identity)?;
     let mut todo = cells(&plan)?;
+    todo.retain(|cell| trained.is_none_or(|trained| trained.has(cell)));
     let all = todo.len();
     arrange(&mut todo);
+    let study = identity(&plan);
     let Some(tellers) = localisers::prepare(&plan, &study, storage, options, progress)? else {
         return Ok(Outcome::Interrupted { finished: 0, cells: all });
     };
     let stop = AtomicBool::new(false);
     let worlds = Worlds::new(&plan)?;
-    let work = Work { plan: &plan, worlds, tellers, study, storage, options, progress, stop };
+    let work = Work { plan: &plan, worlds, tellers, study, storage, trained, options, progress, stop };
     let finished = all_cells(&work, &todo, options.threads)?;
     if finished < all {
         return Ok(Outcome::Interrupted { finished, cells: all });

@@ -21,7 +21,9 @@ use crate::record::{CellRecord, Evaluation, Failure, Timing, Training};
 use crate::run::Options;
 use crate::sight::{Sight, Teller};
 use crate::storage::Storage;
+use crate::team;
 use crate::training::Trainer;
+use crate::transfer::Trained;
 use crate::worlds::Worlds;
 
 /// Seconds of training between two checkpoints at most, however slow the steps are.
@@ -35,6 +37,8 @@ pub(crate) struct Work<'a> {
     pub tellers: Vec<Teller>,
     pub study: Identity,
     pub storage: &'a dyn Storage,
+    /// Where the policies come from that are not learned here.
+    pub trained: Option<&'a Trained<'a>>,
     pub options: &'a Options,
     pub progress: &'a dyn Progress,
     /// Set when a cell could not be stored: the others stop too.
@@ -43,7 +47,7 @@ pub(crate) struct Work<'a> {
 
 /// What came of a cell's training.
 #[derive(Default)]
-struct Trained {
+struct Learned {
     training: Option<Training>,
     policy: Option<Policy>,
     steps: u64,
@@ -66,13 +70,28 @@ impl Work<'_> {
         if self.is_interrupted() {
             return Ok(false);
         }
-        match cell.role {
-            Role::Learner => self.learner(cell),
-            Role::Controller => {
+        match (cell.role, self.trained) {
+            (Role::Learner, None) => self.learner(cell),
+            (Role::Learner, Some(trained)) => self.learned(cell, trained),
+            (Role::Controller, _) => {
                 self.progress.cell_started(cell, 0, 0);
-                self.finish(cell, Trained::default(), Ok(()))
+                self.finish(cell, Learned::default(), Ok(()))
             }
         }
+    }
+
+    /// A cell that another study trained.
+    fn learned(&self, cell: &Cell, trained: &Trained) -> Result<bool, StudyError> {
+        self.progress.cell_started(cell, 0, 0);
+        if let Some(failure) = trained.record(cell).and_then(|record| record.failure.clone()) {
+            let (method, seed) = (cell.method.label.clone(), cell.seed);
+            let (failure, protocols) = (Some(failure), BTreeMap::new());
+            let record = CellRecord { method, seed, training: None, failure, protocols };
+            return self.keep(cell, &record, &Timing::default(), None);
+        }
+        let sizes = self.worlds.training.last().map_or((0, 0), |ground| team::sizes(&ground.task));
+        let policy = Some(trained.policy(cell, sizes)?);
+        self.finish(cell, Learned { policy, ..Learned::default() }, Ok(()))
     }
 
     fn learner(&self, cell: &Cell) -> Result<bool, StudyError> {
@@ -81,7 +100,7 @@ impl Work<'_> {
         let ended = guarded(|| self.train(cell, &mut trainer, &mut checkpoints));
         let (steps, seconds) = (trainer.course.steps, trainer.course.seconds);
         let (training, policy) = trainer.finish();
-        self.finish(cell, Trained { training: Some(training), policy: Some(policy), steps, seconds }, ended)
+        self.finish(cell, Learned { training: Some(training), policy: Some(policy), steps, seconds }, ended)
     }
 
     /// A trainer as far as the last good checkpoint.
@@ -129,8 +148,8 @@ impl Work<'_> {
     }
 
     /// Evaluates what training gave, unless it has failed, and writes the record.
-    fn finish(&self, cell: &Cell, trained: Trained, ended: Result<(), Halt>) -> Result<bool, StudyError> {
-        let Trained { training, policy, steps, seconds } = trained;
+    fn finish(&self, cell: &Cell, learned: Learned, ended: Result<(), Halt>) -> Result<bool, StudyError> {
+        let Learned { training, policy, steps, seconds } = learned;
         let began = Instant::now();
         let evaluated = ended.and_then(|()| guarded(|| self.evaluate(cell, policy.clone())));
         let timing = Timing { training_s: seconds, evaluation_s: began.elapsed().as_secs_f64() };
@@ -145,10 +164,21 @@ impl Work<'_> {
         let record =
             CellRecord { method: cell.method.label.clone(), seed: cell.seed, training, failure, protocols };
         let policy = policy.filter(|_| record.failure.is_none()).map(|policy| policy.to_bytes());
-        folder::write_cell(self.storage, cell, &self.study, &record, &timing, policy.as_deref())?;
-        checkpoint::clear(self.storage, cell);
         tracing::info!(cell = cell.id, steps, seconds, failed = record.failure.is_some(), "finished");
-        self.progress.cell_finished(cell, &record, &timing);
+        self.keep(cell, &record, &timing, policy.as_deref())
+    }
+
+    /// Writes what a finished cell leaves.
+    fn keep(
+        &self,
+        cell: &Cell,
+        record: &CellRecord,
+        timing: &Timing,
+        policy: Option<&[u8]>,
+    ) -> Result<bool, StudyError> {
+        folder::write_cell(self.storage, cell, &self.study, record, timing, policy)?;
+        checkpoint::clear(self.storage, cell);
+        self.progress.cell_finished(cell, record, timing);
         Ok(true)
     }
 

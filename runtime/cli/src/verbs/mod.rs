@@ -3,6 +3,7 @@ pub mod check;
 pub mod compile;
 pub mod diff;
 pub mod doc;
+pub mod eval;
 pub mod explain;
 pub mod export;
 pub mod fmt;

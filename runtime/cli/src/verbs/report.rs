@@ -147,7 +147,12 @@ fn names(a: &Path, b: &Path) -> [String; 2] {
 
 /// The study in a folder.
 pub fn load(folder: &Path) -> Result<Study, Failure> {
-    mpgx_study::load(&RealDisk::new(folder)).map_err(|error| match error {
+    mpgx_study::load(&RealDisk::new(folder)).map_err(|error| unloaded(folder, error))
+}
+
+/// Why the study of a folder cannot be read.
+pub fn unloaded(folder: &Path, error: StudyError) -> Failure {
+    match error {
         StudyError::NoStudy { .. } => {
             Failure::new(Exit::BadInput, format!("there is no study in {}", folder.display()))
                 .help("`mpgx run` makes one; `mpgx list runs` shows those in ./runs")
@@ -156,7 +161,7 @@ pub fn load(folder: &Path) -> Result<Study, Failure> {
             let failure = Failure::from(error);
             Failure { message: format!("{}: {}", folder.display(), failure.message), ..failure }
         }
-    })
+    }
 }
 
 fn finished<'a>(study: &'a Study, folder: &Path) -> Result<&'a Summary, Failure> {

@@ -1,7 +1,7 @@
 use mpgx_lang::plan::Plan;
 
 use super::sample::*;
-use crate::run::run_in_order;
+use crate::run::run_cells;
 use crate::storage::{RealDisk, SimulatedDisk, Storage};
 use crate::*;
 
@@ -17,7 +17,7 @@ fn any_number_of_threads_and_any_order_give_the_same_hash() {
                     cells.rotate_left(turn);
                     cells.reverse();
                 };
-                let outcome = run_in_order(&plan, &source(), &disk, &options, &Silent, arrange);
+                let outcome = run_cells(&plan, &source(), &disk, &options, &Silent, None, arrange);
                 assert_eq!(hash(outcome), expected, "{threads} threads, turn {turn}");
             }
         }
