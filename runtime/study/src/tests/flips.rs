@@ -35,7 +35,6 @@ fn loaded(disk: &SimulatedDisk, identity: &Identity) -> (State, bool) {
     (state, !warnings.is_empty())
 }
 
-/// Seen to fail with the hashes of sections and of the replay log unchecked.
 #[test]
 fn a_damaged_checkpoint_leaves_the_other_or_none() {
     let start = with_checkpoints(&small());
@@ -62,7 +61,6 @@ fn a_damaged_checkpoint_leaves_the_other_or_none() {
     }
 }
 
-/// Seen to fail with the hashes of sections unchecked.
 #[test]
 fn a_damaged_record_or_policy_is_refused() {
     let disk = SimulatedDisk::default();
