@@ -33,9 +33,9 @@ fn ends(output: &Output, code: i32, said: &str) {
 
 #[cfg(unix)]
 #[test]
-fn an_endless_file_is_not_read() {
+fn an_endless_file_is_refused() {
     let folder = folder("");
-    ends(&run(folder.path(), &["check", "/dev/zero"]), 2, "no file");
+    ends(&run(folder.path(), &["check", "/dev/zero"]), 2, "larger than 1 MiB");
     std::os::unix::fs::symlink("/dev/zero", folder.path().join("mine.scn")).unwrap();
     fs::write(folder.path().join("kills.scn"), "scenario kills\nuse mine.thing\n").unwrap();
     ends(&run(folder.path(), &["check", "kills.scn"]), 2, "out of the scenario's folder");

