@@ -26,9 +26,10 @@ fn folder(scenario: &str) -> TempDir {
 
 #[track_caller]
 fn ends(output: &Output, code: i32, said: &str) {
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{stderr}");
-    assert!(stderr.contains(said), "{stderr}");
+    let told = [output.stdout.as_slice(), &output.stderr].concat();
+    let told = String::from_utf8_lossy(&told);
+    assert_eq!(output.status.code(), Some(code), "{told}");
+    assert!(told.contains(said), "{told}");
 }
 
 #[cfg(unix)]

@@ -97,10 +97,17 @@ impl Reader<'_> {
                 self.sign(')')?;
                 inner
             }
-            '"' => Expr::Text(self.text()?),
+            '"' => Expr::Text(self.between('"')?),
             '^' => {
                 self.sign('^')?;
-                Expr::Text(self.text()?)
+                Expr::Text(self.between('"')?)
+            }
+            // A range stands for its last letter.
+            '\'' => {
+                self.between('\'')?;
+                self.sign('.').and_then(|()| self.sign('.'))?;
+                self.next()?;
+                Expr::Text(self.between('\'')?)
             }
             _ => Expr::Name(Some(self.word()).filter(|word| !word.is_empty())?),
         };
@@ -115,13 +122,13 @@ impl Reader<'_> {
         }
     }
 
-    /// Between quotes.
-    fn text(&mut self) -> Option<String> {
-        self.sign('"')?;
+    /// Between quotes of a kind.
+    fn between(&mut self, quote: char) -> Option<String> {
+        self.sign(quote)?;
         let mut text = String::new();
         loop {
             match self.0.next()? {
-                '"' => return Some(text),
+                letter if letter == quote => return Some(text),
                 '\\' => text.push(match self.0.next()? {
                     'n' => '\n',
                     'r' => '\r',
