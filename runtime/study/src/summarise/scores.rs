@@ -106,6 +106,11 @@ fn metrics(plan: &Plan, protocol: &Protocol, records: &BTreeMap<String, CellReco
     metrics
 }
 
+/// Whether a metric is of what localisers tell.
+fn told(metric: &str) -> bool {
+    ["position_error_m", "heading_error_rad"].contains(&metric)
+}
+
 /// Share of the episodes in which a step was counted.
 fn share(steps: &[u32]) -> f64 {
     steps.iter().filter(|count| **count > 0).count() as f64 / steps.len() as f64
@@ -126,11 +131,17 @@ fn samples(
             continue;
         }
         let held_out = of.iter().map(|record| record.protocols.get(&protocol.name));
+        let measured: Vec<Option<f64>> =
+            held_out.map(|of| of.map(value).filter(|value| value.is_finite())).collect();
+        // Of who is not told its pose there is nothing to measure.
+        if told(metric) && measured.iter().all(Option::is_none) {
+            continue;
+        }
         samples.push(Sample {
             method: method.label.clone(),
             learned: plan.learners.iter().any(|learner| learner.label == method.label),
             seeds: of.iter().map(|record| record.seed).collect(),
-            measured: held_out.map(|of| of.map(value).filter(|value| value.is_finite())).collect(),
+            measured,
             scores: Vec::new(),
         });
     }
