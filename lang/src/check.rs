@@ -157,41 +157,42 @@ impl Scope {
     }
 
     fn local(&self, name: &str) -> Option<(Kind, Type)> {
-        self.locals.by_name.get(name)?.last().cloned()
+        self.locals
+            .0
+            .iter()
+            .rev()
+            .find(|local| *local.name == *name)
+            .map(|local| (local.kind.clone(), local.type_.clone()))
     }
 
     fn add(&mut self, name: &str, kind: Kind, type_: Type) {
-        self.locals.order.push(name.to_owned());
-        self.locals.by_name.entry(name.to_owned()).or_default().push((kind, type_));
+        self.locals.0.push(Local { name: name.into(), kind, type_ });
     }
 }
 
-/// Names inside an expression or a body. Of equal names the last counts.
+/// Names inside an expression or a body. Of equal names the last counts. They are few.
 #[derive(Clone, Debug, Default)]
-struct Locals {
-    order: Vec<String>,
-    by_name: BTreeMap<String, Vec<(Kind, Type)>>,
+struct Locals(Vec<Local>);
+
+#[derive(Clone, Debug)]
+struct Local {
+    name: Arc<str>,
+    kind: Kind,
+    type_: Type,
 }
 
 impl Locals {
     fn len(&self) -> usize {
-        self.order.len()
+        self.0.len()
     }
 
     /// Forgets all but the first names.
     fn truncate(&mut self, length: usize) {
-        for name in self.order.drain(length.min(self.order.len())..) {
-            if let Some(same) = self.by_name.get_mut(&name) {
-                same.pop();
-                if same.is_empty() {
-                    self.by_name.remove(&name);
-                }
-            }
-        }
+        self.0.truncate(length);
     }
 
     fn names(&self) -> impl Iterator<Item = &str> {
-        self.by_name.keys().map(String::as_str)
+        self.0.iter().map(|local| &*local.name)
     }
 }
 

@@ -232,6 +232,15 @@ pub struct Edge {
 }
 
 impl Slots {
+    /// What gives the places.
+    pub fn places(&self) -> &[Expr] {
+        match self {
+            Slots::List(all) => all,
+            Slots::Rule(rule) => std::slice::from_ref(rule),
+            Slots::Edges(_) | Slots::Graph(..) => &[],
+        }
+    }
+
     /// Whether neighbours keep distances, and nobody has a place.
     pub fn are_distances(&self) -> bool {
         matches!(self, Slots::Edges(_) | Slots::Graph(..))
@@ -608,26 +617,39 @@ impl Expr {
         self.type_ == Type::Poison
     }
 
-    /// The expressions directly inside, in the order of the source; of a `let`, its value.
-    pub fn children(&self) -> Vec<&Expr> {
+    /// Whether something holds for one of the expressions directly inside, looked at in the order of the source; of a `let`,
+    /// for its value.
+    pub fn any_child<'e>(&'e self, holds: &mut dyn FnMut(&'e Expr) -> bool) -> bool {
         match &self.kind {
-            Kind::Let(value) => vec![value],
-            Kind::Vector(a, b) | Kind::Range(a, b) | Kind::Area(a, b) | Kind::Binary(_, a, b) => vec![a, b],
-            Kind::Part(_, a) | Kind::Unary(_, a) | Kind::Agent(_, a) => vec![a],
-            Kind::MemberNumber(a) | Kind::Size(a) | Kind::Duration(a) => vec![a],
-            Kind::Slot(a, b) | Kind::Element(a, b) | Kind::OnTrack(a, b) => vec![a, b],
-            Kind::Clearance(pair) | Kind::Same(pair) => pair.iter().collect(),
-            Kind::Rest(of, pair) => std::iter::once(&**of).chain(pair.iter()).collect(),
+            Kind::Let(value) => holds(value),
+            Kind::Vector(a, b) | Kind::Range(a, b) | Kind::Area(a, b) | Kind::Binary(_, a, b) => {
+                holds(a) || holds(b)
+            }
+            Kind::Part(_, a) | Kind::Unary(_, a) | Kind::Agent(_, a) => holds(a),
+            Kind::MemberNumber(a) | Kind::Size(a) | Kind::Duration(a) => holds(a),
+            Kind::Slot(a, b) | Kind::Element(a, b) | Kind::OnTrack(a, b) => holds(a) || holds(b),
+            Kind::Clearance(pair) | Kind::Same(pair) => pair.iter().any(holds),
+            Kind::Rest(of, pair) => holds(of) || pair.iter().any(holds),
             Kind::List(all) | Kind::BuiltIn(_, all) | Kind::Draw(_, all) | Kind::Schedule(_, all) => {
-                all.iter().collect()
+                all.iter().any(holds)
             }
-            Kind::Call(function, args) => std::iter::once(&function.body).chain(args).collect(),
-            Kind::If { condition, then, otherwise } => vec![condition, then, otherwise],
+            Kind::Call(function, args) => holds(&function.body) || args.iter().any(holds),
+            Kind::If { condition, then, otherwise } => holds(condition) || holds(then) || holds(otherwise),
             Kind::Reduce { over, body, .. } => {
-                over.set.exprs().into_iter().chain(over.filter.as_deref()).chain([&**body]).collect()
+                over.set.exprs().into_iter().chain(over.filter.as_deref()).any(&mut *holds) || holds(body)
             }
-            Kind::Group(set) => set.exprs(),
-            _ => Vec::new(),
+            Kind::Group(set) => set.exprs().into_iter().any(holds),
+            _ => false,
         }
+    }
+
+    /// Whether its value depends on a parameter.
+    pub fn mentions(&self, param: ParamId) -> bool {
+        self.any_inside(&mut |part| matches!(part.kind, Kind::Param(id) if id == param))
+    }
+
+    /// Whether something holds for this expression, or for one that it is made of or refers to.
+    pub fn any_inside<'e>(&'e self, holds: &mut dyn FnMut(&'e Expr) -> bool) -> bool {
+        holds(self) || self.any_child(&mut |child| child.any_inside(holds))
     }
 }

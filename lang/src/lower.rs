@@ -128,7 +128,7 @@ impl<'a> Lower<'a> {
                 "",
                 "`size` is taken of a group, `all`, `obstacles` or `pairs(…)`",
             ),
-            Err(Refusal::Poison) => not_constant(at, "this"),
+            Err(Refusal::Poison) => not_constant(at, &"this"),
         };
         self.problems.push(problem);
         None
@@ -136,7 +136,7 @@ impl<'a> Lower<'a> {
 
     fn constant<T>(&mut self, value: Option<T>, at: Span) -> Option<T> {
         if value.is_none() {
-            self.problems.push(not_constant(at, "this"));
+            self.problems.push(not_constant(at, &"this"));
         }
         value
     }

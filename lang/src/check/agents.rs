@@ -1,5 +1,7 @@
 //! Groups of agents: what they are, what moves them, where they start.
 
+use std::fmt::Display;
+
 use super::call::BAD_ARGUMENTS;
 use super::fits::{Wanted, What};
 use super::settings::{GIVEN_TWICE, MISSING};
@@ -32,7 +34,7 @@ impl<'a> Checker<'a> {
                 Some(size) => {
                     let why = Wanted::by("the number of agents");
                     let size = self.wanted(&mut Scope::of(id.module), size, &Type::Count, &why);
-                    let whole = self.whole(&size, "the number of agents", 1.0);
+                    let whole = self.whole(&size, &"the number of agents", 1.0);
                     if whole.is_some_and(|whole| whole > LARGEST_GROUP) {
                         self.report(
                             Problem::error(
@@ -83,7 +85,7 @@ impl<'a> Checker<'a> {
         let camera = camera.map(|setting| self.chosen(Space::Camera, setting, "camera = pinhole"));
         for (value, what) in [(&arena, "an arena"), (&speed, "a speed limit"), (&radius, "a radius")] {
             if let Some(value) = value {
-                self.constant_setting(value, what);
+                self.constant_setting(value, &what);
             }
         }
         if let Some(place) = self.hir.world.groups.get_mut(group) {
@@ -133,14 +135,14 @@ impl<'a> Checker<'a> {
         let mut scope = Scope::of(self.program.main);
         let args = self.bind(&mut scope, call, call.name.span, &params, (&[], &mut Substitution::default()));
         for (param, value) in params.iter().zip(&args) {
-            self.constant_setting(value, &format!("`{}`", param.name));
+            self.constant_setting(value, &What::Name(&param.name));
         }
         let settings = params.iter().map(|param| param.name.clone()).zip(args).collect();
         Some(Extern { name: call.name.node.clone(), settings })
     }
 
     /// Reports a setting that is not known before the episodes begin.
-    pub fn constant_setting(&mut self, value: &Expr, what: &str) {
+    pub fn constant_setting(&mut self, value: &Expr, what: &dyn Display) {
         match &value.kind {
             Kind::Range(low, high) => {
                 self.constant(low, what);

@@ -202,7 +202,7 @@ impl<'a> Checker<'a> {
         let Some(raised) = raised else { return self.poison(at, exponent_too_large(at)) };
         let exponent = match ratio {
             Some(ratio) => self.make(Kind::Number(ratio.value()), Type::Number(Dim::none()), exponent.span),
-            None => match self.constant(&exponent, "an exponent") {
+            None => match self.constant(&exponent, &"an exponent") {
                 Some(value) => self.make(Kind::Number(value), Type::Number(Dim::none()), exponent.span),
                 None => return Expr::poison(at),
             },

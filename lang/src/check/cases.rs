@@ -237,7 +237,7 @@ impl<'a> Checker<'a> {
         let why = Wanted::like(What::Of("a bound", &measure.node), measure.span);
         let mut scope = Scope::of(self.program.main);
         let bound = self.wanted(&mut scope, &until.bound, &Type::Number(dim), &why);
-        let bound = self.constant(&bound, "the bound of a stage");
+        let bound = self.constant(&bound, &"the bound of a stage");
         let episodes = match &until.over {
             Some(over) => self.counted(&Type::Count, over, "`over`"),
             None => Some(OVER),
@@ -248,7 +248,7 @@ impl<'a> Checker<'a> {
     /// `5000 steps`, `20 episodes`
     fn counted(&mut self, type_: &Type, at: &'a ExprAt, what: &str) -> Option<usize> {
         let value = self.wanted(&mut Scope::of(self.program.main), at, type_, &Wanted::by(what));
-        self.whole(&value, what, 1.0)
+        self.whole(&value, &what, 1.0)
     }
 }
 

@@ -61,7 +61,7 @@ impl<'a> Checker<'a> {
                 let why = Wanted::declared(What::Name(&name.node), name.span);
                 default = self.wanted(&mut scope, &chosen.value, &checked.type_, &why);
             }
-            let value = self.constant(&default, &format!("`{}`", name.node));
+            let value = self.constant(&default, &What::Name(&name.node));
             if value.is_none() {
                 default = Expr::poison(default.span);
             }

@@ -67,7 +67,7 @@ impl<'a> Checker<'a> {
         let episodes = match chosen {
             Some(setting) => {
                 let episodes = self.fixed(setting, &Type::Count);
-                self.whole(&episodes, "`episodes`", 1.0);
+                self.whole(&episodes, &"`episodes`", 1.0);
                 episodes
             }
             None => self.make(Kind::Number(100.0), Type::Count, name.span),
@@ -95,7 +95,7 @@ impl<'a> Checker<'a> {
                 let why = Wanted::by(What::Of("a bound", self.sources.text(path_span(path))));
                 let main = self.program.main;
                 let bound = self.wanted(&mut Scope::of(main), bound, &Type::Number(dim), &why);
-                let bound = self.constant(&bound, "a bound")?;
+                let bound = self.constant(&bound, &"a bound")?;
                 Some(ClaimKind::Bound {
                     protocol,
                     metric,
@@ -124,7 +124,7 @@ impl<'a> Checker<'a> {
         let Some(at) = at else { return Some(CONFIDENCE) };
         let why = Wanted::by("a confidence");
         let value = self.wanted(&mut Scope::of(self.program.main), at, &Type::Number(Dim::none()), &why);
-        let number = self.constant(&value, "a confidence")?;
+        let number = self.constant(&value, &"a confidence")?;
         if number > 0.0 && number < 1.0 {
             return Some(number);
         }

@@ -58,7 +58,7 @@ impl<'a> Checker<'a> {
 
     fn vector(&mut self, scope: &mut Scope, x: &'a ExprAt, y: &'a ExprAt, at: Span) -> Expr {
         let x = self.expr(scope, x);
-        let x = self.any_number(x, "x of a vector");
+        let x = self.any_number(x, &"x of a vector");
         let why = Wanted::like("y of a vector", x.span);
         let y = self.expr(scope, y);
         let y = self.fits(y, &x.type_, &why, &[], &mut Default::default());
@@ -82,7 +82,7 @@ impl<'a> Checker<'a> {
                     self.fits(value, &type_, &why, &[], &mut Default::default())
                 }
                 None if matches!(value.type_, Type::Vector(_)) => value,
-                None => self.any_number(value, "an entry of a list"),
+                None => self.any_number(value, &"an entry of a list"),
             };
             entries.push(value);
         }
@@ -95,7 +95,7 @@ impl<'a> Checker<'a> {
 
     fn range(&mut self, scope: &mut Scope, low: &'a ExprAt, high: &'a ExprAt, at: Span) -> Expr {
         let low = self.expr(scope, low);
-        let low = self.any_number(low, "an end of a range");
+        let low = self.any_number(low, &"an end of a range");
         let why = Wanted::like("the other end of a range", low.span);
         let high = self.expr(scope, high);
         let high = self.fits(high, &low.type_, &why, &[], &mut Default::default());

@@ -21,11 +21,12 @@ impl Checker<'_> {
         let case = Case::with(&self.hir, &[], declared.clone(), &spent);
         let mut found = self.misplaced(&case);
         let sound = found.is_empty();
-        found.extend(self.infeasible(&case, sound));
+        found.extend(self.infeasible(&case, sound, &|_| true));
         for (param, end, at) in self.ends_of_draws(&declared, &spent) {
             let mut params = declared.clone();
             params.iter_mut().skip(param).take(1).for_each(|value| *value = Some(end));
-            for problem in self.infeasible(&Case::with(&self.hir, &[], params, &spent), sound) {
+            let end = Case::with(&self.hir, &[], params, &spent);
+            for problem in self.infeasible(&end, sound, &|value| value.mentions(param)) {
                 if !found.iter().any(|told| (told.code, told.span()) == (problem.code, problem.span())) {
                     found.push(problem.with(at, "drawn here"));
                 }
@@ -53,18 +54,23 @@ impl Checker<'_> {
         problems
     }
 
-    /// What is wrong with these values of the parameters. `sound`: nothing is misplaced.
-    fn infeasible(&self, case: &Case, sound: bool) -> Vec<Problem> {
+    /// What is wrong with these values of the parameters, of what depends on them. `sound`: nothing is misplaced.
+    fn infeasible(&self, case: &Case, sound: bool, depends: &dyn Fn(&Expr) -> bool) -> Vec<Problem> {
         let mut problems = Vec::new();
-        problems.extend(self.hir.bounds.iter().filter_map(|bound| self.out_of_bounds(case, bound)));
+        let limits = |range: &Option<(Expr, Expr)>| {
+            range.as_ref().is_some_and(|(low, high)| depends(low) || depends(high))
+        };
+        let bounds = self.hir.bounds.iter().filter(|bound| depends(&bound.value) || limits(&bound.range));
+        problems.extend(bounds.filter_map(|bound| self.out_of_bounds(case, bound)));
         self.world_limits(case, &mut problems);
         problems.extend(self.outlines(case));
         for group in &case.world.groups {
-            for setting in [&group.arena, &group.speed].into_iter().flatten() {
+            for setting in [&group.arena, &group.speed].into_iter().flatten().filter(|value| depends(value)) {
                 self.rising(case, setting, &mut problems);
             }
             for (name, value) in group.body.iter().chain(&group.filter).flat_map(|it| &it.settings) {
-                if let Some((low, high)) = case.range(value)
+                if depends(value)
+                    && let Some((low, high)) = case.range(value)
                     && low > high
                 {
                     problems.push(empty_range(value.span, &format!("`{name}`")));
@@ -74,7 +80,15 @@ impl Checker<'_> {
         // A size out of range may be why places are too close or outside.
         if sound && problems.is_empty() {
             problems.extend(self.outside_room(case));
-            (0..case.world.formations.len()).for_each(|number| self.formation(case, number, &mut problems));
+            for (number, formation) in case.world.formations.iter().enumerate() {
+                if formation
+                    .shape
+                    .as_ref()
+                    .is_some_and(|shape| shape.args.iter().chain(shape.what.slots.places()).any(depends))
+                {
+                    self.formation(case, number, &mut problems);
+                }
+            }
         }
         problems
     }

@@ -1,7 +1,7 @@
 //! Whether a value is what a place wants, and how to say what is wrong otherwise.
 
 use std::borrow::Cow;
-use std::fmt;
+use std::fmt::{self, Display};
 
 use super::{Checker, Scope};
 use crate::ast::{self, ExprAt, Span};
@@ -320,7 +320,7 @@ impl<'a> Checker<'a> {
     }
 
     /// A number of any dimension; poison for anything else.
-    pub fn any_number(&mut self, value: Expr, what: &str) -> Expr {
+    pub fn any_number(&mut self, value: Expr, what: &dyn Display) -> Expr {
         if matches!(value.type_, Type::Number(_) | Type::Poison) {
             return value;
         }

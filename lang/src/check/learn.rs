@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::fits::Wanted;
+use super::fits::{Wanted, What};
 use super::settings::MISSING;
 use super::{Checker, Scope};
 use crate::ast::{Assignment, Call, ExternDecl, Item, Name, Span};
@@ -106,7 +106,7 @@ impl<'a> Checker<'a> {
         let Some((seeds, _)) = found else { return };
         let seeds =
             self.wanted(&mut Scope::of(self.program.main), seeds, &Type::Count, &Wanted::by("`seeds`"));
-        if self.whole(&seeds, "the number of seeds", 1.0).is_some_and(|seeds| seeds > 10_000) {
+        if self.whole(&seeds, &"the number of seeds", 1.0).is_some_and(|seeds| seeds > 10_000) {
             let problem = Problem::error(&super::value::OUT_OF_RANGE, "there can be at most 10000 seeds");
             self.report(problem.at(seeds.span, ""));
         }
@@ -238,7 +238,7 @@ impl<'a> Checker<'a> {
         };
         for (param, value) in params.iter().zip(&args) {
             if !matches!(value.kind, Kind::Number(_)) {
-                self.constant_setting(value, &format!("`{}`", param.name));
+                self.constant_setting(value, &What::Name(&param.name));
             }
         }
         let settings = params.into_iter().map(|param| param.name).zip(args).collect();

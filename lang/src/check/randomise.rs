@@ -1,5 +1,7 @@
 //! Parameters that are drawn anew for each episode.
 
+use std::fmt::Display;
+
 use super::declare::NOTHING_DRAWN;
 use super::expr::{CIRCULAR, UNKNOWN_NAME};
 use super::fits::{Wanted, What};
@@ -135,14 +137,21 @@ impl<'a> Checker<'a> {
         if self.randomised.is_empty() {
             return None;
         }
-        match &expr.kind {
-            Kind::Param(id) if self.randomised.contains_key(id) && which(*id) => Some((*id, expr.span)),
-            _ => expr.children().into_iter().find_map(|child| self.find_randomised(child, which)),
-        }
+        let mut found = None;
+        expr.any_inside(&mut |part| {
+            if let Kind::Param(id) = part.kind
+                && self.randomised.contains_key(&id)
+                && which(id)
+            {
+                found = Some((id, part.span));
+            }
+            found.is_some()
+        });
+        found
     }
 
     /// Reports a value that should be the same in all episodes and is not.
-    pub fn changes_with_episodes(&mut self, expr: &Expr, what: &str) -> bool {
+    pub fn changes_with_episodes(&mut self, expr: &Expr, what: &dyn Display) -> bool {
         let Some((id, found)) = self.find_randomised(expr, &|_| true) else { return false };
         let name = self.hir.params.get(id).map_or(String::new(), |param| param.name.clone());
         // Deep inside of what it refers to, its own place says more.

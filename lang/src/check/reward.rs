@@ -97,7 +97,7 @@ impl<'a> Checker<'a> {
     fn term(&mut self, term: &'a ast::RewardTerm, member: &Option<Scope>) -> Option<Summand> {
         let mut scope = member.clone().unwrap_or_else(|| Scope::of(self.program.main));
         let value = self.expr(&mut scope, &term.value);
-        let value = self.any_number(value, &format!("the term `{}`", term.name.node));
+        let value = self.any_number(value, &format_args!("the term `{}`", term.name.node));
         let name = term.name.node.clone();
         self.hir.world.reward.push(Term {
             name: name.clone(),
@@ -115,7 +115,7 @@ impl<'a> Checker<'a> {
         let when = self.wanted(&mut scope, &end.when, &Type::Truth, &Wanted::by("the condition of an end"));
         let cost = end.cost.as_ref().map(|cost| {
             let cost = self.expr(&mut scope, cost);
-            self.any_number(cost, &format!("the cost of `{name}`"))
+            self.any_number(cost, &format_args!("the cost of `{name}`"))
         });
         if let Some(cost) = &cost {
             self.not_negative(cost, &name);

@@ -42,9 +42,9 @@ impl<'a> Checker<'a> {
         self.hir.world.horizon.get_or_insert(fixed(200.0, horizon));
         self.hir.world.safety.get_or_insert(fixed(0.0, safety));
         let world = self.hir.world.clone();
-        self.constants.dt_s = world.dt.and_then(|dt| self.constant(&dt, "`dt`"));
-        self.constants.horizon = world.horizon.and_then(|horizon| self.constant(&horizon, "`horizon`"));
-        self.constants.safety_m = world.safety.and_then(|safety| self.constant(&safety, "`safety`"));
+        self.constants.dt_s = world.dt.and_then(|dt| self.constant(&dt, &"`dt`"));
+        self.constants.horizon = world.horizon.and_then(|horizon| self.constant(&horizon, &"`horizon`"));
+        self.constants.safety_m = world.safety.and_then(|safety| self.constant(&safety, &"`safety`"));
         let room = settings.get("room").map(|room| self.chosen(Space::Room, room, "room = indoor"));
         let lighting = settings.get("lighting");
         let lighting = lighting.map(|it| self.chosen(Space::Lighting, it, "lighting = evening"));
@@ -180,7 +180,7 @@ impl<'a> Checker<'a> {
         let steps = Type::Number(self.units.base("steps"));
         let delay = found.get("delay").map(|setting| {
             let delay = self.fixed(setting, &steps);
-            self.whole(&delay, "`delay`", 0.0);
+            self.whole(&delay, &"`delay`", 0.0);
             delay
         });
         (noise, delay)

@@ -10,7 +10,7 @@ impl Checker<'_> {
     /// Reports a schedule that no curve fits. `parts`: from, to, begin and end.
     pub fn schedule(&mut self, curve: Curve, parts: &[Expr]) {
         let values: Vec<Option<f64>> =
-            parts.iter().map(|part| self.constant(part, "a part of a schedule")).collect();
+            parts.iter().map(|part| self.constant(part, &"a part of a schedule")).collect();
         if curve == Curve::Geometric {
             for (part, value) in parts.iter().zip(&values).take(2) {
                 if value.is_some_and(|value| value <= 0.0) {

@@ -300,7 +300,7 @@ impl<'a> Checker<'a> {
         if size == 0 {
             return Expr::poison(at);
         }
-        let Some(number) = self.constant(&number, "the number of a member") else { return Expr::poison(at) };
+        let Some(number) = self.constant(&number, &"the number of a member") else { return Expr::poison(at) };
         if number.fract() != 0.0 || number < 1.0 || number > size as f64 {
             let agents = if size == 1 { "agent" } else { "agents" };
             let problem = Problem::error(&INDEX_OUT_OF_RANGE, format!("`{name}` has no member {number}"))
@@ -332,7 +332,7 @@ impl<'a> Checker<'a> {
             self.wanted(scope, body, &Type::Truth, &Wanted::by(format!("what `{word}` is taken of")))
         } else {
             let value = self.expr(scope, body);
-            self.any_number(value, &format!("what `{word}` is taken of"))
+            self.any_number(value, &format_args!("what `{word}` is taken of"))
         };
         scope.locals.truncate(depth);
         let Some(over) = checked.filter(|_| !body.is_poison()) else { return Expr::poison(at) };
@@ -521,7 +521,7 @@ impl<'a> Checker<'a> {
         };
         let why = Wanted::by("the number of the nearest");
         let count = self.wanted(scope, &count.value, &Type::Count, &why);
-        let number = self.whole(&count, "the number of the nearest", 1.0);
+        let number = self.whole(&count, &"the number of the nearest", 1.0);
         let to = self.agent_of(scope, "nearest", &to.value, to.value.span);
         let among = self.set(scope, &among.value)?;
         if let Set::Pairs(_) | Set::Edges(_) | Set::Nearest { .. } = among {

@@ -67,7 +67,7 @@ impl<'a> Checker<'a> {
                 let why = Wanted::by("the number of landmarks");
                 let size = self.wanted(&mut scope, size, &Type::Count, &why);
                 scope.add("i", Kind::SlotNumber, Type::Number(Dim::none()));
-                Some(self.whole(&size, "the number of landmarks", 1.0)?)
+                Some(self.whole(&size, &"the number of landmarks", 1.0)?)
             }
         };
         let what = self.provided(Space::LandmarkKind, &decl.body);

@@ -124,8 +124,8 @@ impl<'a> Checker<'a> {
         let args = self.bind(&mut scope, call, at, &params, (&generics, &mut solved));
         let [low, high, count] = args.as_slice() else { return None };
         let Type::Number(dim) = low.type_.clone() else { return None };
-        let ends = (self.constant(low, "an end of a range"), self.constant(high, "an end of a range"));
-        let count = self.whole(count, "the number of values", 2.0)?;
+        let ends = (self.constant(low, &"an end of a range"), self.constant(high, &"an end of a range"));
+        let count = self.whole(count, &"the number of values", 2.0)?;
         let (low_value, high_value) = ends.0.zip(ends.1)?;
         if count > room {
             self.few("variants", count, VARIANTS, at);

@@ -59,7 +59,7 @@ impl<'a> Checker<'a> {
             }
             TestStep::Step(steps) => {
                 let steps = self.value_in_test(steps, &Type::Count, "the number of steps");
-                hir::TestStep::Step(self.whole(&steps, "the number of steps", 1.0)?)
+                hir::TestStep::Step(self.whole(&steps, &"the number of steps", 1.0)?)
             }
             TestStep::Check { text, condition, tolerance } => {
                 let (actual, holds) = match tolerance {
@@ -190,7 +190,7 @@ impl<'a> Checker<'a> {
         if right.is_poison() || tolerance.is_poison() {
             return None;
         }
-        let known = self.constant(&tolerance, "a tolerance")?;
+        let known = self.constant(&tolerance, &"a tolerance")?;
         if known < 0.0 {
             let problem = Problem::error(&OUT_OF_RANGE, "a tolerance is not negative");
             self.report(problem.at(tolerance.span, "goes to both sides"));

@@ -121,6 +121,9 @@ impl Units {
 
     /// SI value of one of a unit, and its dimension.
     pub fn unit(&self, unit: &UnitExpr) -> Result<(f64, Dim), Box<Problem>> {
+        if let [(name, (1, 1))] = unit.factors.as_slice() {
+            return self.named(&name.node, name.span);
+        }
         let (mut factor, mut dim) = (1.0, Dim::none());
         for (name, (num, den)) in &unit.factors {
             let (value, of) = self.named(&name.node, name.span)?;

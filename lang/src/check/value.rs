@@ -1,6 +1,7 @@
 //! Values that must be known before anything runs.
 
 use std::collections::BTreeMap;
+use std::fmt::Display;
 
 use super::Checker;
 use crate::ast::Span;
@@ -19,7 +20,14 @@ impl Checker<'_> {
             Kind::Call(function, args) => {
                 function.body.depth + args.iter().map(|arg| arg.depth).max().unwrap_or(0)
             }
-            _ => expr.children().iter().map(|child| child.depth).max().unwrap_or(0),
+            _ => {
+                let mut deepest = 0;
+                expr.any_child(&mut |child| {
+                    deepest = deepest.max(child.depth);
+                    false
+                });
+                deepest
+            }
         };
         expr.depth += depth;
         if expr.depth > DEEPEST {
@@ -49,7 +57,7 @@ impl Checker<'_> {
     }
 
     /// The value of a number that must be constant; reports if it is not.
-    pub fn constant(&mut self, expr: &Expr, what: &str) -> Option<f64> {
+    pub fn constant(&mut self, expr: &Expr, what: &dyn Display) -> Option<f64> {
         if expr.is_poison() {
             return None;
         }
@@ -62,7 +70,7 @@ impl Checker<'_> {
     }
 
     /// Reports a vector that is not constant.
-    pub fn constant_vector(&mut self, expr: &Expr, what: &str) {
+    pub fn constant_vector(&mut self, expr: &Expr, what: &dyn Display) {
         if expr.is_poison() {
             return;
         }
@@ -74,7 +82,7 @@ impl Checker<'_> {
     }
 
     /// The value of a whole number from `least`; reports if it is none.
-    pub fn whole(&mut self, expr: &Expr, what: &str, least: f64) -> Option<usize> {
+    pub fn whole(&mut self, expr: &Expr, what: &dyn Display, least: f64) -> Option<usize> {
         let number = self.constant(expr, what)?;
         if number < least || number > 1e9 || number.fract() != 0.0 {
             self.report(
@@ -88,15 +96,15 @@ impl Checker<'_> {
 
     /// Whether a parameter without a value is to blame that there is none, which was told already.
     fn refers_to_unknown(&self, expr: &Expr) -> bool {
-        match &expr.kind {
+        expr.any_inside(&mut |part| match &part.kind {
             Kind::Param(id) => self.constants.params.get(*id).copied().flatten().is_none(),
             Kind::World(_) => true,
-            _ => expr.children().into_iter().any(|child| self.refers_to_unknown(child)),
-        }
+            _ => false,
+        })
     }
 }
 
-pub fn not_constant(at: Span, what: &str) -> Problem {
+pub fn not_constant(at: Span, what: &dyn Display) -> Problem {
     Problem::error(&NOT_CONSTANT, format!("{what} must be known before the episodes begin"))
         .at(at, "this has no fixed, finite value")
         .help("use numbers, parameters and functions of them only")

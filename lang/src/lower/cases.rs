@@ -35,7 +35,7 @@ impl Cases<'_> {
         let training = Case::of(self.hir, &self.hir.params, self.spent);
         let episodes = training.number(&protocol.episodes);
         if episodes.is_none() {
-            self.problems.push(not_constant(protocol.episodes.span, "`episodes`"));
+            self.problems.push(not_constant(protocol.episodes.span, &"`episodes`"));
         }
         let world = match &protocol.changed {
             Some(changed) => {
