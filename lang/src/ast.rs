@@ -274,6 +274,8 @@ pub enum ExternKind {
     Room,
     Lighting,
     Camera,
+    /// How robots count their own ways.
+    Odometry,
     /// What a landmark looks like.
     Landmark,
     /// What tells robots where they are.
@@ -292,6 +294,7 @@ impl ExternKind {
             ExternKind::Room => "room",
             ExternKind::Lighting => "lighting",
             ExternKind::Camera => "camera",
+            ExternKind::Odometry => "odometry",
             ExternKind::Landmark => "landmark",
             ExternKind::Localiser => "localiser",
         }
@@ -331,7 +334,7 @@ pub struct Argument {
 }
 
 /// `value`, or `value for i in set if filter`, with the sensor's settings: `{ noise = 2 cm, delay = 1 step }`; in
-/// evaluations also `camera(follower) via eyes`.
+/// evaluations also `camera(follower) via eyes` and `camera(follower) via eyes with odometry`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObserveItem {
     pub value: ExprAt,
@@ -339,6 +342,8 @@ pub struct ObserveItem {
     pub settings: Vec<Assignment>,
     /// The localiser.
     pub via: Option<Name>,
+    /// `with odometry`, where it is written.
+    pub odometry: Option<Span>,
 }
 
 /// `i in set`, `i, j in pairs(set)`, with an optional `if filter`.

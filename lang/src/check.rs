@@ -345,6 +345,7 @@ impl<'a> Checker<'a> {
             }
         }
         self.unseen();
+        self.uncounted();
         let imports = self.program.imports();
         for (_, item) in self.main_items().filter(|(_, item)| matches!(item.node, Item::Use { .. })) {
             let inside = |at: &Span| (item.span.start..item.span.end).contains(&at.start);

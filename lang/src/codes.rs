@@ -69,6 +69,7 @@ pub const ALL: &[&Code] = &[
     &check::settings::UNKNOWN_SETTING,
     &check::sight::BAD_SIGHT,
     &check::sight::NO_CAMERA,
+    &check::sight::NO_ODOMETRY,
     &check::sight::NO_ROOM,
     &check::sight::OUTSIDE_ROOM,
     &check::sight::SIGHT_IN_TRAINING,

@@ -37,6 +37,7 @@ pub fn describe(hir: &Hir, units: &Units) -> String {
         text.typed(1, "arena", group.arena.as_ref());
         text.typed(1, "speed", group.speed.as_ref());
         text.chosen(1, "camera", &group.camera);
+        text.chosen(1, "odometry", &group.odometry);
         match &group.control {
             Some(Control::Still) => text.line(1, "still".to_owned()),
             Some(Control::Learned) => text.line(1, "control learned".to_owned()),
@@ -96,10 +97,13 @@ pub fn describe(hir: &Hir, units: &Units) -> String {
     for protocol in &hir.protocols {
         let changes = if protocol.changed.is_some() { " with changes" } else { "" };
         text.line(0, format!("evaluate {}{changes}", protocol.name));
-        for Localised { group, via, .. } in protocol.changed.iter().flat_map(|hir| &hir.world.localised) {
+        for Localised { group, via, odometry, .. } in
+            protocol.changed.iter().flat_map(|hir| &hir.world.localised)
+        {
             let group = world.groups.get(*group).map_or("?", |group| group.name.as_str());
             let via = hir.localisers.get(*via).map_or("?", |localiser| localiser.name.as_str());
-            text.line(1, format!("poses of {group} via {via}"));
+            let joined = if *odometry { " with odometry" } else { "" };
+            text.line(1, format!("poses of {group} via {via}{joined}"));
         }
     }
     for stage in &hir.stages {

@@ -294,6 +294,8 @@ pub struct Localiser {
 pub struct Localised {
     pub group: GroupId,
     pub via: usize,
+    /// Whether its odometry is joined to what it is told.
+    pub odometry: bool,
     pub span: Span,
 }
 
@@ -364,6 +366,7 @@ pub struct Group {
     pub control: Option<Control>,
     pub filter: Option<Extern>,
     pub camera: Option<Chosen>,
+    pub odometry: Option<Chosen>,
     pub start: Option<Expr>,
     pub span: Span,
 }

@@ -265,6 +265,7 @@ impl<'a> Lower<'a> {
             control,
             filter: group.filter.as_ref().map_or(Some(None), |filter| self.extern_(filter).map(Some))?,
             camera: group.camera.as_ref().map_or(Some(None), |it| self.chosen(it).map(Some))?,
+            odometry: group.odometry.as_ref().map_or(Some(None), |it| self.chosen(it).map(Some))?,
             start,
             at: self.sources.place(group.span),
         })

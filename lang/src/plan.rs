@@ -227,6 +227,9 @@ pub struct Group {
     /// The camera on each member, by name (`pinhole`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub camera: Option<Extern>,
+    /// How each member counts its own ways, by name (`wheels`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub odometry: Option<Extern>,
     /// Where a member starts; `Member` stands for the member. `None` only if the motion gives positions.
     pub start: Option<Expr>,
     pub at: Place,

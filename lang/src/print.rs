@@ -394,7 +394,8 @@ fn assignment(it: &Assignment) -> String {
 
 fn observation(it: &ObserveItem) -> String {
     let over = it.over.as_ref().map(|over| format!(" for {}", self::over(over)));
-    let via = it.via.as_ref().map(|via| format!(" via {}", via.node));
+    let joined = if it.odometry.is_some() { " with odometry" } else { "" };
+    let via = it.via.as_ref().map(|via| format!(" via {}{joined}", via.node));
     let head = entry(&it.value) + &over.or(via).unwrap_or_default();
     if it.settings.is_empty() { head } else { block(&head, it.settings.iter().map(assignment)) }
 }

@@ -88,6 +88,7 @@ pub enum Space {
     Room,
     Lighting,
     Camera,
+    Odometry,
     /// What landmarks look like.
     LandmarkKind,
     /// What localisers are.
@@ -113,6 +114,7 @@ impl Space {
             ExternKind::Room => Space::Room,
             ExternKind::Lighting => Space::Lighting,
             ExternKind::Camera => Space::Camera,
+            ExternKind::Odometry => Space::Odometry,
             ExternKind::Landmark => Space::LandmarkKind,
             ExternKind::Localiser => Space::LocaliserKind,
         }
@@ -132,6 +134,7 @@ impl Space {
             Space::Room => "a room",
             Space::Lighting => "a lighting",
             Space::Camera => "a camera",
+            Space::Odometry => "a kind of odometry",
             Space::LandmarkKind => "a kind of landmark",
             Space::LocaliserKind => "a kind of localiser",
             Space::Localiser => "a localiser",
@@ -144,7 +147,7 @@ impl Space {
         }
     }
 
-    pub const ALL: [Space; 20] = [
+    pub const ALL: [Space; 21] = [
         Space::Value,
         Space::Motion,
         Space::Shape,
@@ -156,6 +159,7 @@ impl Space {
         Space::Room,
         Space::Lighting,
         Space::Camera,
+        Space::Odometry,
         Space::LandmarkKind,
         Space::LocaliserKind,
         Space::Localiser,
@@ -584,7 +588,18 @@ pub fn standard_home(name: &str) -> Option<&'static str> {
 
 /// Whether a module's text declares a name, told without parsing it.
 fn declares(text: &str, name: &str) -> bool {
-    let words = ["fn", "dist", "motion", "formation", "room", "lighting", "camera", "landmark", "localiser"];
+    let words = [
+        "fn",
+        "dist",
+        "motion",
+        "formation",
+        "room",
+        "lighting",
+        "camera",
+        "odometry",
+        "landmark",
+        "localiser",
+    ];
     words.iter().any(|word| {
         text.lines().any(|line| {
             let after =

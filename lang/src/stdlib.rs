@@ -105,6 +105,7 @@ fn space(word: &str) -> Option<Space> {
         "room" => Space::Room,
         "lighting" => Space::Lighting,
         "camera" => Space::Camera,
+        "odometry" => Space::Odometry,
         "landmark" => Space::LandmarkKind,
         "localiser" => Space::LocaliserKind,
         "preset" => Space::Preset,

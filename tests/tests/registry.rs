@@ -67,6 +67,7 @@ fn what_is_seen_and_what_looks() {
         (ExternKind::Room, declared::ROOMS),
         (ExternKind::Lighting, declared::LIGHTINGS),
         (ExternKind::Camera, declared::CAMERAS),
+        (ExternKind::Odometry, declared::ODOMETRIES),
         (ExternKind::Landmark, declared::LANDMARKS),
         (ExternKind::Localiser, declared::LOCALISERS),
     ] {

@@ -17,7 +17,8 @@ use crate::resolve::Space;
 /// Agents of a group, at most.
 const LARGEST_GROUP: usize = 10_000;
 
-const SETTINGS: [&str; 8] = ["arena", "speed", "radius", "camera", "control", "filter", "motion", "start"];
+const SETTINGS: [&str; 9] =
+    ["arena", "speed", "radius", "camera", "odometry", "control", "filter", "motion", "start"];
 
 impl<'a> Checker<'a> {
     /// How many each group has, which everything else refers to.
@@ -83,6 +84,8 @@ impl<'a> Checker<'a> {
         let radius = settings.get("radius").map(|setting| self.fixed(setting, &length));
         let camera = settings.get("camera");
         let camera = camera.map(|setting| self.chosen(Space::Camera, setting, "camera = pinhole"));
+        let odometry = settings.get("odometry");
+        let odometry = odometry.map(|setting| self.chosen(Space::Odometry, setting, "odometry = wheels"));
         for (value, what) in [(&arena, "an arena"), (&speed, "a speed limit"), (&radius, "a radius")] {
             if let Some(value) = value {
                 self.constant_setting(value, &what);
@@ -90,7 +93,7 @@ impl<'a> Checker<'a> {
         }
         if let Some(place) = self.hir.world.groups.get_mut(group) {
             (place.body, place.arena, place.speed, place.radius) = (body, arena, speed, radius);
-            place.camera = camera;
+            (place.camera, place.odometry) = (camera, odometry);
         }
         let control =
             self.control(group, decl, settings.get("control").copied(), settings.get("motion").copied());

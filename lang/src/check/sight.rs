@@ -9,7 +9,7 @@ use crate::ast::{
 };
 use crate::case::Case;
 use crate::dim::Dim;
-use crate::hir::{Chosen, Control, Expr, Extern, Kind, Landmark, Localised, Localiser, Parameter, Type};
+use crate::hir::{Chosen, Control, Expr, Extern, Hir, Kind, Landmark, Localised, Localiser, Parameter, Type};
 use crate::plan::{GroupId, Setting};
 use crate::problem::{Code, Problem};
 use crate::resolve::{Space, listed};
@@ -195,6 +195,7 @@ impl<'a> Checker<'a> {
         }
         let own = self.hir.world.groups.get(group)?;
         let (span, camera, arena) = (own.span, own.camera.is_some(), own.arena.is_some());
+        let own_odometry = own.odometry.as_ref().map(|odometry| odometry.span);
         if looks && !camera {
             let problem = Problem::error(&NO_CAMERA, format!("`{}` has no camera", name.node));
             let problem = problem.at(name.span, "sees nothing").with(span, "has no `camera`");
@@ -210,7 +211,16 @@ impl<'a> Checker<'a> {
             self.report(problem.help(help));
             return None;
         }
-        Some(Localised { group, via: localiser, span: at.to(via.span) })
+        if let (Some(joined), None) = (item.odometry, own_odometry) {
+            let problem = Problem::error(&NO_ODOMETRY, format!("`{}` has no odometry", name.node));
+            let problem = problem.at(joined, "counts nothing").with(span, "has no `odometry`");
+            self.report(
+                problem.help("give the group one: `odometry = wheels()`, with `use std.sight.wheels`"),
+            );
+            return None;
+        }
+        let end = item.odometry.unwrap_or(via.span);
+        Some(Localised { group, via: localiser, odometry: item.odometry.is_some(), span: at.to(end) })
     }
 
     fn no_sight(&mut self, at: ast::Span) -> Option<Localised> {
@@ -278,7 +288,7 @@ impl<'a> Checker<'a> {
     /// Cameras belong into evaluations.
     pub fn no_training_by_sight(&mut self, item: &ObserveItem, via: &Name) {
         self.localiser_named(via);
-        let span = item.value.span.to(via.span);
+        let span = item.value.span.to(item.odometry.unwrap_or(via.span));
         let problem = Problem::error(&SIGHT_IN_TRAINING, "a controller is trained on true poses");
         let text = self.sources.text(span).to_owned();
         self.report(problem.at(span, "not known while it learns").help(format!(
@@ -317,6 +327,27 @@ impl Checker<'_> {
         if let (Some(lighting), None) = (&world.lighting, &world.room) {
             let help = "`world { …, room = indoor() }`";
             warn(lighting.span, "the lighting has no effect".to_owned(), "there is no room", help);
+        }
+    }
+
+    /// Warnings about robots that count their ways for nothing.
+    pub fn uncounted(&mut self) {
+        let joined = |hir: &Hir, group: GroupId| {
+            hir.world.localised.iter().any(|localised| localised.group == group && localised.odometry)
+        };
+        let used = |group: GroupId| {
+            self.hir.protocols.iter().filter_map(|it| it.changed.as_deref()).any(|hir| joined(hir, group))
+        };
+        let groups = self.hir.world.groups.iter().enumerate();
+        for (_, own) in groups.filter(|(group, _)| !used(*group)) {
+            let Some(odometry) = &own.odometry else { continue };
+            let name = &own.name;
+            let message = format!("the odometry of `{name}` is not used");
+            self.problems.push(
+                Problem::warning(&super::UNUSED, message).at(odometry.span, "tells nobody anything").help(
+                    format!("use it, `observe {{ pose({name}) via … with odometry }}`, or take it out"),
+                ),
+            );
         }
     }
 
@@ -395,6 +426,16 @@ pub const NO_CAMERA: Code = Code {
 
     agents follower[3] : unicycle { …, camera = pinhole() }
     evaluate seen { observe { camera(follower) via eyes } }",
+};
+
+pub const NO_ODOMETRY: Code = Code {
+    name: "no-odometry",
+    explain: "\
+`with odometry` joins what a localiser tells to what each robot counts of its own way, so each member counts:
+
+    use std.sight.wheels
+    agents follower[3] : unicycle { …, odometry = wheels(slip = 5%, bias = 1%) }
+    evaluate seen { observe { camera(follower) via eyes with odometry } }",
 };
 
 pub const BAD_SIGHT: Code = Code {

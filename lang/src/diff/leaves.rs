@@ -131,8 +131,9 @@ impl Walk<'_> {
                 }
                 ("localised", ..) => {
                     let of = |key: &str| self.named(key, value.get(key)?);
+                    let joined = value.get("odometry").map_or("", |_| " with odometry");
                     if let (Some(group), Some(via)) = (of("group"), of("via")) {
-                        self.same(&here(&group), format!("via {via}"));
+                        self.same(&here(&group), format!("via {via}{joined}"));
                     }
                 }
                 ("require", ..) => {

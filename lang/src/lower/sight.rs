@@ -42,8 +42,8 @@ impl Lower<'_> {
     }
 
     pub fn localised(&self, localised: &hir::Localised) -> Localised {
-        let hir::Localised { group, via, span } = *localised;
-        Localised { group, via, at: self.sources.place(span) }
+        let hir::Localised { group, via, odometry, span } = *localised;
+        Localised { group, via, odometry, at: self.sources.place(span) }
     }
 }
 

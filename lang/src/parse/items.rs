@@ -69,7 +69,7 @@ fn is_punctuation(rule: Rule) -> bool {
             | Rule::open_brace | Rule::close_brace | Rule::open_paren | Rule::close_paren | Rule::open_bracket
             | Rule::close_bracket | Rule::open_angle | Rule::close_angle | Rule::kw_about | Rule::kw_at
             | Rule::kw_beats | Rule::kw_costs | Rule::kw_else | Rule::kw_extern | Rule::kw_for | Rule::kw_if
-            | Rule::kw_in | Rule::kw_let | Rule::kw_next | Rule::kw_of | Rule::kw_on | Rule::kw_one | Rule::kw_range
+            | Rule::kw_in | Rule::kw_let | Rule::kw_next | Rule::kw_odometry | Rule::kw_of | Rule::kw_on | Rule::kw_one | Rule::kw_range
             | Rule::kw_slot | Rule::kw_slots | Rule::kw_state | Rule::kw_then | Rule::kw_vec | Rule::kw_when
             | Rule::kw_with | Rule::kw_check | Rule::kw_each | Rule::kw_edge | Rule::kw_edges | Rule::kw_frame
             | Rule::kw_its | Rule::kw_over | Rule::kw_place | Rule::kw_steer | Rule::kw_step | Rule::kw_to
@@ -414,6 +414,7 @@ fn extern_decl(context: &Context, doc: String, mut parts: Parts) -> Option<Exter
         "room" => ExternKind::Room,
         "lighting" => ExternKind::Lighting,
         "camera" => ExternKind::Camera,
+        "odometry" => ExternKind::Odometry,
         "landmark" => ExternKind::Landmark,
         "localiser" => ExternKind::Localiser,
         _ => ExternKind::Body,
@@ -464,8 +465,9 @@ fn observation(context: &Context, node: Node) -> Option<ObserveItem> {
     parts.doc();
     let value = expr(context, parts.next()?)?;
     let via = parts.of_rule(Rule::name).map(|node| name(context, node));
+    let odometry = parts.of_rule(Rule::joined).map(|node| context.span(&node));
     let over = optional(parts.of_rule(Rule::over), |node| over(context, node))?;
-    Some(ObserveItem { value, over, settings: settings(context, parts.next())?, via })
+    Some(ObserveItem { value, over, settings: settings(context, parts.next())?, via, odometry })
 }
 
 fn term(context: &Context, node: Node) -> Option<RewardTerm> {

@@ -42,5 +42,8 @@ pub struct Localised {
     pub group: GroupId,
     /// Index into [`super::Plan::localisers`].
     pub via: usize,
+    /// Whether each joins what its odometry counts to what it is told.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub odometry: bool,
     pub at: Place,
 }

@@ -33,6 +33,7 @@ pub const EMBEDDED: &[(&str, &str)] = &[
     ("track_random", include_str!("../../../scenarios/track_random.scn")),
     ("track_random_unicycle", include_str!("../../../scenarios/track_random_unicycle.scn")),
     ("track_square", include_str!("../../../scenarios/track_square.scn")),
+    ("unison_by_sight", include_str!("../../../scenarios/unison_by_sight.scn")),
 ];
 
 /// A source file may not be larger than this.

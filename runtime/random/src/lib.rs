@@ -39,6 +39,8 @@ pub enum Purpose {
     Augment = 13,
     /// Noise on the poses that robots are told (part: the agent).
     Localiser = 14,
+    /// What wheels count wrongly (part: the agent; step 0: the biases of the episode).
+    Odometry = 15,
 }
 
 /// The name of a stream. Training episodes have `protocol` 0, held-out episodes of protocol k have k + 1

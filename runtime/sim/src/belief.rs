@@ -15,6 +15,11 @@ impl Task {
         [x, y, heading]
     }
 
+    /// Whether a robot has a heading; those without one are told 0.
+    pub fn has_heading(&self, agent: usize) -> bool {
+        self.agents[agent].body.has_heading()
+    }
+
     /// Makes `belief` the episode as it looks to those who know only what they are told of the poses of some agents
     /// (as [`Task::stand`] gives them); all else is true. What is observed late was believed when it was new, so
     /// `belief` must have followed the same episode from its start.
@@ -25,7 +30,7 @@ impl Task {
             belief.late = late;
         }
         for &(agent, [x, y, heading]) in told {
-            let heading = if self.agents[agent].body.has_heading() { heading } else { 0.0 };
+            let heading = if self.has_heading(agent) { heading } else { 0.0 };
             let position = add([x, y], self.hand(agent, heading));
             belief.set_pose(agent, Pose { position, heading });
         }

@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 
+pub use mpgx_vision::Reliability;
 pub use mpgx_vision::measure::Evaluation as LocalisationTable;
 use serde::{Deserialize, Serialize};
 
@@ -144,6 +145,8 @@ pub struct LocaliserRecord {
     /// before: of position, orientation and distances to landmarks, % of their ranges.
     pub steps: Vec<u64>,
     pub errors_percent: Vec<[f64; 3]>,
+    /// On held-out trials, of answers one step of the scenario apart.
+    pub reliability: Reliability,
     pub network: LocalisationTable,
     /// The pose of the most similar image known.
     pub retrieval: LocalisationTable,

@@ -1,21 +1,28 @@
 //! Held-out episodes of robots that do not know their poses: they act on what a localiser tells them.
 
+mod filter;
+
+use std::collections::BTreeMap;
+
 use mpgx_lang::plan::{Localised, Place, Plan, World};
-use mpgx_random::{Address, Purpose};
+use mpgx_random::{Address, Purpose, Stream};
 use mpgx_sim::{Episode, EpisodeKey, Fault, Task};
-use mpgx_vision::declared::{PoseNoise, camera_config, time_of_day, world_config};
-use mpgx_vision::{CameraConfig, Image, Moving, Pose, Scene, Shot, TimeOfDay, TrialKey, WorldConfig};
+use mpgx_vision::declared::{PoseNoise, Wheels, camera_config, time_of_day, wheels, world_config};
+use mpgx_vision::{
+    CameraConfig, Image, Moving, Pose, Reliability, Scene, Shot, TimeOfDay, TrialKey, WorldConfig,
+};
 
 use crate::error::Halt;
 use crate::record::Told;
+use filter::{Filter, Odometer, way};
 
 /// A localiser, ready to tell poses.
 pub(crate) enum Teller {
     /// The truth with normal noise of these standard deviations.
     Noise(PoseNoise),
-    /// What tells poses from images.
+    /// What tells poses from images, and how wrong it is.
     #[cfg_attr(not(feature = "vision"), allow(dead_code, reason = "only networks tell poses from images"))]
-    Eyes(Box<dyn Eyes>),
+    Eyes(Box<dyn Eyes>, Reliability),
 }
 
 /// Tells from images where each was taken from.
@@ -37,6 +44,8 @@ struct Group<'a> {
     agents: std::ops::Range<usize>,
     teller: &'a Teller,
     camera: Option<CameraConfig>,
+    /// What is joined to what they are told.
+    wheels: Option<Wheels>,
 }
 
 /// What robots believe in one episode.
@@ -45,6 +54,8 @@ pub(crate) struct Belief {
     key: EpisodeKey,
     /// One for each group that looks.
     scenes: Vec<Option<Scene>>,
+    /// Of those that count their ways.
+    joined: BTreeMap<usize, (Odometer, Filter)>,
     /// Where all agents stood one step ago.
     before: Vec<[f64; 3]>,
     position_error_m: f64,
@@ -69,8 +80,10 @@ impl<'a> Sight<'a> {
             let first = world.first_of(localised.group);
             let camera =
                 group.camera.as_ref().map(camera_config).transpose().map_err(|why| why.to_string())?;
+            let odometry = group.odometry.as_ref().filter(|_| localised.odometry);
+            let wheels = odometry.map(wheels).transpose().map_err(|why| why.to_string())?;
             let agents = first..first + group.size;
-            Ok(Group { agents, teller, camera: camera.filter(|_| teller.looks()) })
+            Ok(Group { agents, teller, camera: camera.filter(|_| teller.looks()), wheels })
         };
         let groups = world.localised.iter().map(group).collect::<Result<Vec<_>, String>>()?;
         let room = match world.scenery.as_ref().or(plan.world.scenery.as_ref()) {
@@ -107,6 +120,7 @@ impl<'a> Sight<'a> {
             episode: task.episode(),
             key,
             scenes: self.groups.iter().map(scene).collect::<Result<_, _>>()?,
+            joined: BTreeMap::new(),
             before: Vec::new(),
             position_error_m: 0.0,
             heading_error_rad: 0.0,
@@ -119,40 +133,46 @@ impl<'a> Sight<'a> {
     pub fn tell(&self, task: &Task, sides: &mut [(&mut Belief, &Episode)]) -> Result<(), Halt> {
         let mut told: Vec<Vec<(usize, [f64; 3])>> = vec![Vec::new(); sides.len()];
         for (number, group) in self.groups.iter().enumerate() {
-            let stands = |truth: &Episode| {
-                group.agents.clone().map(|agent| (agent, task.stand(truth, agent))).collect::<Vec<_>>()
-            };
-            match group.teller {
-                &Teller::Noise(PoseNoise { position_m, heading_rad }) => {
-                    for (told, (belief, truth)) in told.iter_mut().zip(sides.iter()) {
-                        let stands = stands(truth).into_iter();
-                        told.extend(stands.map(|(agent, [x, y, heading])| {
-                            let step = truth.time_steps() as u64;
-                            let mut stream = address(belief.key, agent, step).stream();
-                            let mut noise = |deviation: f64| deviation * stream.normal();
-                            (
-                                agent,
-                                [x + noise(position_m), y + noise(position_m), heading + noise(heading_rad)],
-                            )
-                        }));
-                    }
-                }
-                Teller::Eyes(eyes) => {
-                    let images =
-                        sides.iter().flat_map(|(belief, truth)| self.look(task, number, belief, truth));
-                    let poses = eyes.poses(&images.collect::<Vec<Image>>()).map_err(|why| blind(&why))?;
-                    for (told, poses) in told.iter_mut().zip(poses.chunks(group.agents.len().max(1))) {
-                        let pose =
-                            |(agent, pose): (usize, &Pose)| (agent, [pose.x_m, pose.y_m, pose.heading_rad]);
-                        told.extend(group.agents.clone().zip(poses).map(pose));
-                    }
-                }
+            let answers = self.answers(task, number, group, sides)?;
+            for ((told, answers), (belief, truth)) in told.iter_mut().zip(answers).zip(sides.iter_mut()) {
+                told.extend(group.agents.clone().zip(answers).map(|(agent, answer)| match group.wheels {
+                    None => (agent, answer),
+                    Some(wheels) => (agent, belief.join(task, truth, agent, answer, group.teller, wheels)),
+                }));
             }
         }
         for (told, (belief, truth)) in told.iter().zip(sides.iter_mut()) {
             belief.remember(task, truth, told);
         }
         Ok(())
+    }
+
+    /// The poses of a group's robots in each episode as its localiser tells them.
+    fn answers(
+        &self,
+        task: &Task,
+        number: usize,
+        group: &Group,
+        sides: &[(&mut Belief, &Episode)],
+    ) -> Result<Vec<Vec<[f64; 3]>>, Halt> {
+        match &group.teller {
+            &&Teller::Noise(PoseNoise { position_m, heading_rad }) => {
+                let noisy = |(belief, truth): &(&mut Belief, &Episode), agent: usize| {
+                    let mut stream = belief.stream(Purpose::Localiser, truth, agent);
+                    let mut noise = |deviation: f64| deviation * stream.normal();
+                    let [x, y, heading] = task.stand(truth, agent);
+                    [x + noise(position_m), y + noise(position_m), heading + noise(heading_rad)]
+                };
+                let all = |side| group.agents.clone().map(|agent| noisy(side, agent)).collect();
+                Ok(sides.iter().map(all).collect())
+            }
+            Teller::Eyes(eyes, _) => {
+                let images = sides.iter().flat_map(|(belief, truth)| self.look(task, number, belief, truth));
+                let poses = eyes.poses(&images.collect::<Vec<Image>>()).map_err(|why| blind(&why))?;
+                let poses: Vec<_> = poses.iter().map(|it| [it.x_m, it.y_m, it.heading_rad]).collect();
+                Ok(poses.chunks(group.agents.len().max(1)).map(<[_]>::to_vec).collect())
+            }
+        }
     }
 
     /// What each robot of a group sees in an episode.
@@ -180,9 +200,54 @@ impl Teller {
     fn looks(&self) -> bool {
         !matches!(self, Teller::Noise(_))
     }
+
+    fn reliability(&self) -> Reliability {
+        match self {
+            &Teller::Noise(PoseNoise { position_m, heading_rad }) => Reliability {
+                mean_square: [position_m, position_m, heading_rad].map(|deviation| deviation * deviation),
+                correlation: [0.0; 3],
+            },
+            Teller::Eyes(_, reliability) => *reliability,
+        }
+    }
 }
 
 impl Belief {
+    /// What a robot takes its pose to be, from an answer and from what its wheels have counted since the answer before.
+    fn join(
+        &mut self,
+        task: &Task,
+        truth: &Episode,
+        agent: usize,
+        answer: [f64; 3],
+        teller: &Teller,
+        wheels: Wheels,
+    ) -> [f64; 3] {
+        let reliability = teller.reliability();
+        let mut stream = self.stream(Purpose::Odometry, truth, agent);
+        match (self.joined.get_mut(&agent), self.before.get(agent)) {
+            (Some((odometer, filter)), Some(&before)) => {
+                filter.go(odometer.count(way(before, task.stand(truth, agent)), &mut stream));
+                filter.correct(answer, reliability.lasting());
+                filter.pose()
+            }
+            _ => {
+                let has_heading = task.has_heading(agent);
+                let filter = Filter::new(answer, reliability.mean_square, wheels, has_heading);
+                let pose = filter.pose();
+                self.joined.insert(agent, (Odometer::new(wheels, &mut stream), filter));
+                pose
+            }
+        }
+    }
+
+    /// Random numbers for an agent's step; those of step 0 are for the whole episode.
+    fn stream(&self, purpose: Purpose, truth: &Episode, agent: usize) -> Stream {
+        let EpisodeKey { master, protocol, seed, episode } = self.key;
+        let step = truth.time_steps() as u64;
+        Address { master, purpose, protocol, part: agent as u16, seed, episode, step }.stream()
+    }
+
     fn remember(&mut self, task: &Task, truth: &Episode, told: &[(usize, [f64; 3])]) {
         task.believe(&mut self.episode, truth, told);
         for &(agent, [x, y, heading]) in told {
@@ -204,11 +269,6 @@ impl Belief {
         told.heading_error_rad.push(self.heading_error_rad / looks);
         told.poses.extend(self.poses);
     }
-}
-
-fn address(key: EpisodeKey, agent: usize, step: u64) -> Address {
-    let EpisodeKey { master, protocol, seed, episode } = key;
-    Address { master, purpose: Purpose::Localiser, protocol, part: agent as u16, seed, episode, step }
 }
 
 fn blind(why: &str) -> Halt {

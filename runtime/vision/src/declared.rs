@@ -29,6 +29,8 @@ pub const CAMERAS: Names = &[(
     ],
 )];
 
+pub const ODOMETRIES: Names = &[("wheels", &["slip", "bias"])];
+
 pub const LANDMARKS: Names = &[("books", &["height"]), ("robot", &["height"])];
 
 /// `resnet` is trained with the feature `vision`.
@@ -45,6 +47,15 @@ pub const LOCALISERS: Names = &[
 pub struct PoseNoise {
     pub position_m: f64,
     pub heading_rad: f64,
+}
+
+/// How wrongly a robot counts its way: standard deviations, as shares of the way.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wheels {
+    /// Anew at each step.
+    pub slip: f64,
+    /// Throughout an episode.
+    pub bias: f64,
 }
 
 /// The room and its landmarks.
@@ -95,6 +106,12 @@ pub fn camera_config(camera: &Extern) -> Result<CameraConfig, ConfigError> {
     };
     config.check()?;
     Ok(config)
+}
+
+/// How the robots of a group count their ways.
+pub fn wheels(odometry: &Extern) -> Result<Wheels, ConfigError> {
+    let what = Declared::new("odometry", ODOMETRIES, odometry)?;
+    Ok(Wheels { slip: what.number("slip")?, bias: what.number("bias")? })
 }
 
 /// What `noisy` adds to true poses; `None`: the localiser looks at images.
@@ -256,6 +273,14 @@ mod tests {
         for (time, (name, _)) in TimeOfDay::ALL.iter().zip(LIGHTINGS) {
             assert_eq!(time_of_day(&extern_(name, &[])), Ok(*time));
         }
+    }
+
+    #[test]
+    fn wheels_slip_and_have_a_bias() {
+        let declared = extern_("wheels", &[("slip", 0.05), ("bias", 0.01)]);
+        assert_eq!(wheels(&declared), Ok(Wheels { slip: 0.05, bias: 0.01 }));
+        assert!(wheels(&extern_("wheels", &[("slip", 0.05)])).is_err());
+        assert!(wheels(&extern_("tracks", &[])).is_err());
     }
 
     #[test]

@@ -115,7 +115,7 @@ impl Path {
 }
 
 impl TrajectoryConfig {
-    fn check(&self) -> Result<(), ConfigError> {
+    pub(crate) fn check(&self) -> Result<(), ConfigError> {
         for middle in self.middle_m {
             within("the middle of the path", middle, (-20.0, 20.0), "-20 to 20 m")?;
         }

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::camera::CameraConfig;
 use crate::light::TimeOfDay;
+use crate::scattered::ScatterConfig;
 use crate::trajectory::{TrajectoryConfig, TrajectoryKind};
 use crate::trial::{Trial, TrialConfig};
 use crate::world::{ConfigError, TrialKey, WorldConfig, within};
@@ -25,6 +26,9 @@ pub struct TrialsConfig {
     pub passes: usize,
     /// Other robots in each trial.
     pub others: usize,
+    /// If set, half of the training trials show robots somewhere else in each image, and so does a kind of its own of those
+    /// held out.
+    pub scattered: Option<ScatterConfig>,
     pub master: u64,
 }
 
@@ -39,6 +43,7 @@ impl Default for TrialsConfig {
             trials: 36,
             passes: 2,
             others: 0,
+            scattered: None,
             master: 1,
         }
     }
@@ -62,12 +67,18 @@ impl TrialsConfig {
     /// A trial; those held out share none with those trained on.
     pub fn trial(&self, split: Split, number: u32) -> Result<Trial, ConfigError> {
         let kinds = TrajectoryKind::ALL;
-        let at = number as usize;
+        let at = number as usize / 3;
+        let (kind, scattered) = match (split, self.scattered) {
+            (Split::Training, scattered) => (at % 3, scattered.filter(|_| number % 2 == 1)),
+            (Split::HeldOut, None) => (at % 3, None),
+            (Split::HeldOut, scattered) => (at % 4 % 3, scattered.filter(|_| at % 4 == 3)),
+        };
         let config = TrialConfig {
             time_of_day: TimeOfDay::of_trial(number),
-            trajectory: TrajectoryConfig { kind: kinds[at / 3 % 3], ..self.trajectory.clone() },
+            trajectory: TrajectoryConfig { kind: kinds[kind], ..self.trajectory.clone() },
             duration_s: self.duration_s,
             others: self.others,
+            scattered,
             ..TrialConfig::default()
         };
         let protocol = u16::from(split == Split::HeldOut);
@@ -95,6 +106,28 @@ mod tests {
         let learnt = config.trial(Split::Training, 2).unwrap();
         assert_eq!(learnt.tags, trials[2].tags);
         assert_ne!(learnt.pose(0), trials[2].pose(0));
+    }
+
+    /// Of 18 training trials each lighting and kind of path is met equally often, and half are scattered; of 12 held-out ones
+    /// a quarter.
+    #[test]
+    fn scattered_trials_are_half_of_those_to_learn_from_and_a_kind_of_their_own() {
+        let camera = CameraConfig { width_px: 8, height_px: 8, ..CameraConfig::default() };
+        let scattered = Some(ScatterConfig { speed_mps: 0.7, turn_radps: 3.0 });
+        let config =
+            TrialsConfig { camera, scattered, duration_s: 1.0, others: 1, ..TrialsConfig::default() };
+        let tags = |split, number| config.trial(split, number).unwrap().tags;
+        let held_out: Vec<_> = (0..12).map(|number| tags(Split::HeldOut, number)).collect();
+        assert!((1..12).all(|n| held_out[..n].iter().all(|other| *other != held_out[n])));
+        let count =
+            |kind: &str| (0..18).filter(|&number| tags(Split::Training, number).trajectory == kind).count();
+        assert_eq!(["regular", "random", "whirlpool", "scattered"].map(count), [3, 3, 3, 9]);
+        let trial = config.trial(Split::Training, 1).unwrap();
+        assert!(!trial.drives());
+        let poses: Vec<_> = (0..trial.frames).map(|frame| trial.frame(frame).pose).collect();
+        let away = |k: usize| poses[k].position_m[0] - poses[k - 1].position_m[0];
+        assert!((1..poses.len()).any(|k| away(k).abs() > 1.0));
+        assert_eq!((trial.later(0, 0.1), trial.later(trial.frames - 1, 0.01)), (Some(3), None));
     }
 
     #[test]

@@ -116,6 +116,7 @@ pub(crate) enum Part {
     Noise = 8,
     Path = 9,
     Clock = 10,
+    Scatter = 11,
 }
 
 /// Why a scene cannot be made.

@@ -44,7 +44,7 @@ fn a_trial_comes_back_from_disk_to_the_bit() {
     assert_eq!((trial.tags.lighting.as_str(), trial.tags.trajectory.as_str()), ("evening", "whirlpool"));
     assert_eq!(trial.truth.samples().len(), 145);
     // The pose of an image is that of the path at its time, not that of a neighbour 1/720 s away.
-    let (found, meant) = (read[3].pose.planar(), trial.path.at(read[3].time_s).pose);
+    let (found, meant) = (read[3].pose.planar(), trial.robots(3).0.pose);
     assert!(
         (found.x_m - meant.x_m).abs() < 1e-5 && (found.y_m - meant.y_m).abs() < 1e-5,
         "{found:?} {meant:?}"

@@ -140,6 +140,9 @@ fn group(plan: &Plan, group: &Group) -> Vec<String> {
     if let Some(camera) = &group.camera {
         line(format!("sees with {}", settings(camera)));
     }
+    if let Some(odometry) = &group.odometry {
+        line(format!("counts its way with {}", settings(odometry)));
+    }
     if group.solid.is_none() {
         let (low, high) = group.speed_mps;
         line(format!("speed {low} .. {high} m/s on each axis"));

@@ -1,10 +1,11 @@
 //! Robots that do not know their poses: how good what they are told is, and what that costs.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use minijinja::value::Serde;
 use minijinja::{Value, context};
-use mpgx_lang::plan::{Protocol, World};
+use mpgx_lang::plan::{Extern, Localised, Protocol, Setting, World};
 use mpgx_study::record::{Evaluation, LocalisationTable, LocaliserRecord, Told};
 use serde::Serialize;
 
@@ -30,6 +31,8 @@ struct Network<'a> {
     rows: Vec<Row>,
     /// Of x and y.
     ranges: [String; 2],
+    /// Correlations of the errors of x, y and heading with the next ones.
+    alike: [String; 3],
     charts: Vec<Lines>,
 }
 
@@ -41,7 +44,7 @@ struct Row {
     cells: Vec<String>,
 }
 
-/// A method under a protocol in which poses are told.
+/// A method under a protocol in which poses are told, or one of the same world in which they are known.
 #[derive(Serialize)]
 struct Cost<'a> {
     method: &'a str,
@@ -51,11 +54,19 @@ struct Cost<'a> {
 
 fn content(view: &View) -> Option<Content> {
     let networks: Vec<_> = view.input.localisers.values().map(network).collect();
-    let budget: Vec<_> = seeing(view).flat_map(|(_, protocol)| costs(view, protocol)).collect();
+    let protocols = &view.input.plan.protocols;
+    let budget: Vec<_> = protocols.iter().flat_map(|protocol| costs(view, protocol)).collect();
     if networks.is_empty() && budget.is_empty() {
         return None;
     }
-    let context = context! { networks => Serde(networks), budget => Serde(budget), told => told(view) };
+    let odometry: BTreeSet<String> =
+        seeing(view).flat_map(|(_, protocol)| odometries(view.world(protocol))).collect();
+    let context = context! {
+        networks => Serde(networks),
+        budget => Serde(budget),
+        odometry => odometry.into_iter().collect::<Vec<_>>().join("; "),
+        told => told(view),
+    };
     Some(Content { context, data: None })
 }
 
@@ -95,6 +106,7 @@ fn network(record: &LocaliserRecord) -> Network<'_> {
         ),
         rows,
         ranges: [range(0), range(1)],
+        alike: record.reliability.correlation.map(|correlation| format!("{correlation:.2}")),
         charts: [distribution(record), course(record)].into_iter().flatten().collect(),
     }
 }
@@ -167,16 +179,17 @@ fn single(mid: f64) -> Option<Estimate> {
 }
 
 fn costs<'v>(view: &'v View, protocol: &'v Protocol) -> Vec<Cost<'v>> {
-    let names = &view.input.plan.localisers;
-    let via = view.world(protocol).localised.iter().filter_map(|localised| names.get(localised.via));
-    let mut via: Vec<&str> = via.map(|localiser| localiser.name.as_str()).collect();
-    via.dedup();
-    let knowing = knowing(view, view.world(protocol));
+    let world = view.world(protocol);
+    let knows = world.localised.is_empty();
+    if knows && !seeing(view).any(|(_, other)| knowing(view, view.world(other)) == Some(protocol)) {
+        return Vec::new();
+    }
+    let knowing = knowing(view, world);
     let cost = |method: &'v crate::view::Entry| {
         let of =
             |protocol: &str, metric: &str| view.statistic(protocol, method.label, metric).map(|it| it.iqm);
-        let place = of(&protocol.name, "position_error_m")?;
-        let heading = of(&protocol.name, "heading_error_rad")?;
+        let told = |metric: &str| if knows { Some(None) } else { of(&protocol.name, metric).map(Some) };
+        let (place, heading) = (told("position_error_m")?, told("heading_error_rad")?);
         let distance = of(&protocol.name, "error_m")?;
         let known = knowing.and_then(|knowing| of(&knowing.name, "error_m"));
         let millimetres = |metres: f64| format!("{:.0}", 1000.0 * metres);
@@ -185,16 +198,50 @@ fn costs<'v>(view: &'v View, protocol: &'v Protocol) -> Vec<Cost<'v>> {
             style: &method.style,
             cells: vec![
                 protocol.name.clone(),
-                via.join(", "),
-                millimetres(place),
-                format!("{:.2}", heading.to_degrees()),
+                ways(view, world),
+                place.map(millimetres).unwrap_or_default(),
+                heading.map(|heading| format!("{:.2}", heading.to_degrees())).unwrap_or_default(),
                 millimetres(distance),
-                known.map(millimetres).unwrap_or_default(),
                 known.map(|known| format!("{:.2}", distance / known)).unwrap_or_default(),
             ],
         })
     };
     view.methods.iter().filter_map(cost).collect()
+}
+
+/// How the poses of a world are known.
+fn ways(view: &View, world: &World) -> String {
+    let way = |localised: &Localised| {
+        let localiser = view.input.plan.localisers.get(localised.via)?;
+        let sees = if localiser.what.name == "noisy" { "true pose with noise" } else { "sees" };
+        let joined = if localised.odometry { ", with odometry" } else { "" };
+        Some(format!("{sees} ({}){joined}", localiser.name))
+    };
+    let ways: BTreeSet<String> = world.localised.iter().filter_map(way).collect();
+    if ways.is_empty() { "knows".to_owned() } else { ways.into_iter().collect::<Vec<_>>().join("; ") }
+}
+
+/// How wrong what is counted is, of the groups that count.
+fn odometries(world: &World) -> impl Iterator<Item = String> {
+    let joined = world.localised.iter().filter(|localised| localised.odometry);
+    let groups = joined.filter_map(|localised| world.groups.get(localised.group));
+    groups.filter_map(|group| {
+        let odometry = group.odometry.as_ref()?;
+        Some(format!(
+            "{}: slip {} %, bias {} %",
+            group.name,
+            share(odometry, "slip")?,
+            share(odometry, "bias")?
+        ))
+    })
+}
+
+/// A setting, in percent.
+fn share(what: &Extern, name: &str) -> Option<f64> {
+    match what.settings.get(name)? {
+        Setting::Number(value) => Some((1e4 * value).round() / 100.0),
+        _ => None,
+    }
 }
 
 /// The protocol of the same world in which everybody knows its pose.

@@ -3,10 +3,10 @@
 use std::ops::ControlFlow;
 use std::sync::atomic::Ordering;
 
-use mpgx_lang::plan::{Localiser, Plan};
+use mpgx_lang::plan::{Extern, Localiser, Plan, Setting};
 use mpgx_vision::declared::{camera_config, train_config, world_config};
 use mpgx_vision::network::{self, HeldOut, NetworkError, Source, TrainConfig, Weights, held_out};
-use mpgx_vision::{Image, Pose, TrajectoryConfig, TrialsConfig};
+use mpgx_vision::{Image, Pose, Reliability, ScatterConfig, TrajectoryConfig, TrialsConfig};
 
 use super::{RECORD, belongs_to, read_record, record_path, worlds};
 use crate::error::StudyError;
@@ -20,8 +20,8 @@ use crate::storage::{Storage, StorageError};
 
 /// Steps of training between two checkpoints.
 const KEEP_STEPS: u64 = 100;
-/// Held-out trials: each lighting with each kind of path.
-const HELD_OUT: u32 = 9;
+/// Held-out trials: each lighting with each kind of path and with none.
+const HELD_OUT: u32 = 12;
 
 pub(super) fn check(plan: &Plan, number: usize) -> Result<(), StudyError> {
     let Some(localiser) = plan.localisers.get(number) else { return Ok(()) };
@@ -49,20 +49,23 @@ pub(super) fn network(
         && record.weights == hash(weights).map_err(|why| wrong(localiser, &why))?
     {
         progress.localiser_finished(&record);
-        return Ok(Some(Teller::Eyes(Box::new(network::Localiser::new(weights)))));
+        return Ok(Some(Teller::Eyes(Box::new(network::Localiser::new(weights)), record.reliability)));
     }
     let Some(weights) = train(localiser, &config, &trials, kept, &path, storage, options, progress)? else {
         return Ok(None);
     };
     let teller = network::Localiser::new(&weights);
     let found = held_out(&teller, &trials, HELD_OUT).map_err(|why| wrong(localiser, &why))?;
-    let record = record(localiser, &config, &weights, found).map_err(|why| wrong(localiser, &why))?;
+    let reliability = network::reliability(&teller, &trials, HELD_OUT, plan.world.dt_s);
+    let reliability = reliability.map_err(|why| wrong(localiser, &why))?;
+    let record =
+        record(localiser, &config, &weights, found, reliability).map_err(|why| wrong(localiser, &why))?;
     let bytes = postcard::to_stdvec(&record)
         .map_err(|why| StudyError::Unwritable { what: "a localiser's record", cause: why.to_string() })?;
     let sealed = sealed::seal(RECORD, &belongs_to(localiser, study), &[&bytes]);
     storage.write_atomic(&record_path(localiser), &sealed)?;
     progress.localiser_finished(&record);
-    Ok(Some(Teller::Eyes(Box::new(teller))))
+    Ok(Some(Teller::Eyes(Box::new(teller), record.reliability)))
 }
 
 /// What an earlier run left; a file that is no network is passed over.
@@ -134,7 +137,8 @@ impl From<StorageError> for Stopped {
 }
 
 /// Trials in the scenario's room, in every light, by a robot with the camera of the first group that the localiser tells,
-/// which drives through that group's arena at half its highest speed, among as many others as there are.
+/// which drives through that group's arena at half its highest speed, among as many others as there are. In every other trial
+/// to learn from, all are somewhere else in each image and move at any speed that they can.
 fn trials(plan: &Plan, number: usize, master: u64) -> Result<TrialsConfig, StudyError> {
     let missing = |what: &str| {
         let at = plan.localisers.get(number).map(|localiser| localiser.at.clone()).unwrap_or_default();
@@ -164,9 +168,21 @@ fn trials(plan: &Plan, number: usize, master: u64) -> Result<TrialsConfig, Study
             ..TrajectoryConfig::default()
         },
         others: robots.saturating_sub(1),
+        scattered: Some(ScatterConfig {
+            speed_mps: group.speed_mps.0.abs().max(group.speed_mps.1.abs()),
+            turn_radps: turn_radps(&group.body),
+        }),
         master,
         ..TrialsConfig::default()
     })
+}
+
+/// The fastest that a body turns, rad/s; those without a limit turn as fast as others do unless told.
+fn turn_radps(body: &Extern) -> f64 {
+    match body.settings.get("turn") {
+        Some(Setting::Range(low, high)) => low.abs().max(high.abs()),
+        _ => TrajectoryConfig::default().turn_radps,
+    }
 }
 
 fn record(
@@ -174,6 +190,7 @@ fn record(
     config: &TrainConfig,
     weights: &Weights,
     found: HeldOut,
+    reliability: Reliability,
 ) -> Result<LocaliserRecord, NetworkError> {
     let course = &weights.record.course;
     Ok(LocaliserRecord {
@@ -183,6 +200,7 @@ fn record(
         images: config.steps * config.batch as u64,
         steps: course.steps.clone(),
         errors_percent: course.losses.iter().map(|losses| losses.map(|loss| 50.0 * loss)).collect(),
+        reliability,
         network: found.network,
         retrieval: found.retrieval,
         reckoning: found.reckoning,

@@ -13,7 +13,7 @@ const KEY: EpisodeKey = EpisodeKey { master: 0, protocol: 1, seed: 0, episode: 0
 /// The sample's follower is told its pose.
 fn plan() -> Plan {
     let mut plan = sample::plan();
-    plan.world.localised = vec![Localised { group: 1, via: 0, at: Place::default() }];
+    plan.world.localised = vec![Localised { group: 1, via: 0, odometry: false, at: Place::default() }];
     plan
 }
 
@@ -87,6 +87,28 @@ fn noise_is_as_large_as_it_is_said_to_be_and_costs() {
     assert_eq!(by(&plan(), "proportional", &noise(0.05, 0.0), 3).returns, blurred.returns[..3]);
 }
 
+/// Of a follower that counts its way; who counts it and is not asked is told as without.
+#[test]
+fn what_is_told_is_joined_to_what_wheels_count_where_it_is_said() {
+    let counting = |joined: bool| {
+        let mut plan = plan();
+        let settings = [("slip", 0.05), ("bias", 0.01)];
+        let settings = settings.map(|(name, value)| (name.to_owned(), Setting::Number(value)));
+        plan.world.groups[1].odometry = Some(Extern { name: "wheels".into(), settings: settings.into() });
+        plan.world.localised[0].odometry = joined;
+        plan
+    };
+    let noise = noise(0.05, 0.0);
+    let (raw, joined) =
+        (by(&plan(), "proportional", &noise, 100), by(&counting(true), "proportional", &noise, 100));
+    assert_eq!(by(&counting(false), "proportional", &noise, 100), raw);
+    let mean = |told: &Evaluation| told.told.as_ref().unwrap().position_error_m.iter().sum::<f64>() / 100.0;
+    assert!(mean(&joined) < 0.7 * mean(&raw), "{} {}", mean(&joined), mean(&raw));
+    let mut few = by(&counting(true), "proportional", &noise, 3);
+    assert_eq!(few.returns, joined.returns[..3]);
+    assert_eq!(few.told.take().unwrap().poses, joined.told.unwrap().poses);
+}
+
 #[test]
 fn the_oracle_is_not_misled() {
     let knowing = by(&sample::plan(), "oracle", &[], 5);
@@ -107,7 +129,12 @@ impl Eyes for Stuck {
 fn each_picture_is_of_its_own_episode_and_step() {
     static SEEN: Mutex<Vec<Image>> = Mutex::new(Vec::new());
     let episodes = ROOMS_SIDE_BY_SIDE + 2;
-    let evaluation = by(&seeing(), "proportional", &[Teller::Eyes(Box::new(Stuck(&SEEN)))], episodes);
+    let evaluation = by(
+        &seeing(),
+        "proportional",
+        &[Teller::Eyes(Box::new(Stuck(&SEEN)), Reliability::default())],
+        episodes,
+    );
     let seen = SEEN.lock().unwrap();
     assert_eq!(seen.len(), 7 * episodes);
     assert!(seen.iter().all(|image| (image.width, image.height) == (8, 8)));
@@ -133,7 +160,7 @@ impl Eyes for Blind {
 fn a_network_that_tells_nonsense_is_a_fault_of_the_cell() {
     let plan = seeing();
     let task = Task::new(&plan, &plan.world).unwrap();
-    let tellers = [Teller::Eyes(Box::new(Blind))];
+    let tellers = [Teller::Eyes(Box::new(Blind), Reliability::default())];
     let sight = Sight::new(&plan, &plan.world, &tellers).unwrap();
     let what =
         Extern { name: "proportional".into(), settings: [("gain".to_owned(), Setting::Number(5.0))].into() };

@@ -8,6 +8,7 @@ use crate::dataset::Tags;
 use crate::image::{Frame, Image};
 use crate::measure::{Answer, Evaluation, evaluate};
 use crate::pose::PoseQ;
+use crate::reliability::Reliability;
 use crate::trials::{Split, TrialsConfig};
 
 /// Trials whose images retrieval knows: three of each lighting and kind of path.
@@ -58,6 +59,9 @@ pub fn held_out(localiser: &Localiser, trials: &TrialsConfig, count: u32) -> Res
         retrieved.extend(
             frames.iter().filter_map(|frame| Some(answer(frame.pose, known.estimate(&frame.image)?))),
         );
+        if !trial.drives() {
+            continue;
+        }
         let course: Vec<(f64, PoseQ)> =
             (0..trial.frames).map(|number| (trial.time_s(number), trial.pose(number))).collect();
         let estimates = dead_reckoning(&course, TOLD_EVERY_S);
@@ -70,4 +74,35 @@ pub fn held_out(localiser: &Localiser, trials: &TrialsConfig, count: u32) -> Res
         retrieval: measured(&retrieved)?,
         reckoning: measured(&reckoned)?,
     })
+}
+
+/// How wrong a network is on the images of such trials; where the robot drives, the images `next_s` later tell how alike
+/// answers are that follow each other.
+pub fn reliability(
+    localiser: &Localiser,
+    trials: &TrialsConfig,
+    count: u32,
+    next_s: f64,
+) -> Result<Reliability, NetworkError> {
+    let mut runs = Vec::new();
+    for number in 0..count {
+        let trial = trials.trial(Split::HeldOut, number)?;
+        let errors = |frames: Vec<usize>| -> Result<Vec<[f64; 3]>, NetworkError> {
+            let frames: Vec<Frame> = frames.into_iter().map(|frame| trial.frame(frame)).collect();
+            Ok(answers(localiser, &trial.tags, &frames)?.iter().map(error).collect())
+        };
+        let now: Vec<usize> = trials.frames(&trial).collect();
+        let later = now.iter().filter_map(|&frame| trial.later(frame, next_s));
+        let later = if trial.drives() { errors(later.collect())? } else { Vec::new() };
+        let mut later = later.into_iter();
+        runs.extend(errors(now)?.into_iter().map(|error| [error].into_iter().chain(later.next()).collect()));
+    }
+    Ok(Reliability::of(&runs))
+}
+
+/// How far a planar robot's x and y (m) and heading (rad) are told off.
+fn error(answer: &Answer) -> [f64; 3] {
+    let (told, truth) = (answer.estimate.planar(), answer.truth.planar());
+    let turn = libm::remainder(told.heading_rad - truth.heading_rad, std::f64::consts::TAU);
+    [told.x_m - truth.x_m, told.y_m - truth.y_m, turn]
 }

@@ -19,7 +19,7 @@ mod weights;
 
 pub use architecture::{ResNetConfig, Stem};
 pub use error::NetworkError;
-pub use eval::{HeldOut, answers, held_out};
+pub use eval::{HeldOut, answers, held_out, reliability};
 pub use images::{ImageSet, Source, SourceRecord};
 pub use localise::Localiser;
 pub use loss::Weighting;
