@@ -1,4 +1,4 @@
-//! The localisers of a Plan: networks are trained before any cell begins, and measured on trials that they have not seen.
+//! The localisers of a Plan: networks are trained beside the cells, and measured on trials that they have not seen.
 //!
 //! ```text
 //! localisers/<name>/network.safetensors   the network, at every checkpoint
@@ -96,6 +96,11 @@ fn network(
 /// The world of each protocol.
 fn worlds(plan: &Plan) -> impl Iterator<Item = &World> {
     plan.protocols.iter().map(|protocol| protocol.world.as_deref().unwrap_or(&plan.world))
+}
+
+/// Whether evaluations need any.
+pub(crate) fn are_used(plan: &Plan) -> bool {
+    worlds(plan).any(|world| !world.localised.is_empty())
 }
 
 fn is_used(plan: &Plan, number: usize) -> bool {

@@ -2,7 +2,7 @@
 //! where an earlier run stopped.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use mpgx_lang::plan::Plan;
 
@@ -102,12 +102,18 @@ pub(crate) fn run_cells(
     let all = todo.len();
     arrange(&mut todo);
     let study = identity(&plan);
-    let Some(tellers) = localisers::prepare(&plan, &study, storage, options, progress)? else {
-        return Ok(Outcome::Interrupted { finished: 0, cells: all });
+    let work = Work {
+        plan: &plan,
+        worlds: Worlds::new(&plan)?,
+        tellers: OnceLock::new(),
+        waiting: Mutex::default(),
+        study,
+        storage,
+        trained,
+        options,
+        progress,
+        stop: AtomicBool::new(false),
     };
-    let stop = AtomicBool::new(false);
-    let worlds = Worlds::new(&plan)?;
-    let work = Work { plan: &plan, worlds, tellers, study, storage, trained, options, progress, stop };
     let finished = all_cells(&work, &todo, options.threads)?;
     if finished < all {
         return Ok(Outcome::Interrupted { finished, cells: all });
@@ -126,22 +132,35 @@ pub(crate) fn run_cells(
     Ok(Outcome::Finished(Box::new(study)))
 }
 
-/// Runs the cells in this order on all threads; gives how many are finished.
+/// Trains the cells in this order on all threads, and the localisers beside them; then evaluates the cells that had to wait
+/// for the localisers. Gives how many cells are finished.
 fn all_cells(work: &Work, cells: &[Cell], threads: usize) -> Result<usize, StudyError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build();
     let pool = pool.map_err(|why| StudyError::Threads { threads, cause: why.to_string() })?;
     let results = Mutex::new(Vec::new());
-    pool.scope_fifo(|scope| {
-        for cell in cells {
-            scope.spawn_fifo(|_| {
-                let result = work.cell(cell);
-                if result.is_err() {
-                    work.stop.store(true, Ordering::Relaxed);
-                }
-                results.lock().unwrap_or_else(PoisonError::into_inner).push(result);
-            });
+    let keep = |result: Result<bool, StudyError>| {
+        if result.is_err() {
+            work.stop.store(true, Ordering::Relaxed);
         }
+        results.lock().unwrap_or_else(PoisonError::into_inner).push(result);
+    };
+    // On a thread of its own: one of the pool would take up whole cells wherever a network waits for its other threads.
+    std::thread::scope(|scope| {
+        scope.spawn(|| keep(work.localisers().map(|()| false)));
+        pool.scope_fifo(|scope| {
+            for cell in cells {
+                scope.spawn_fifo(|_| keep(work.cell(cell)));
+            }
+        });
     });
+    let waiting = std::mem::take(&mut *work.waiting.lock().unwrap_or_else(PoisonError::into_inner));
+    if work.tellers.get().is_some() {
+        pool.scope_fifo(|scope| {
+            for (cell, learned) in waiting {
+                scope.spawn_fifo(move |_| keep(work.finish(&cell, learned, Ok(()))));
+            }
+        });
+    }
     let results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
     let finished = results.into_iter().collect::<Result<Vec<bool>, StudyError>>()?;
     Ok(finished.into_iter().filter(|finished| *finished).count())

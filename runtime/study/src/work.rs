@@ -4,6 +4,7 @@ use std::any::Any;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::Instant;
 
 use mpgx_lang::plan::{Place, Plan};
@@ -16,6 +17,7 @@ use crate::error::{Halt, StudyError, written};
 use crate::evaluation::{Driver, evaluate};
 use crate::folder;
 use crate::hash::Identity;
+use crate::localisers;
 use crate::progress::Progress;
 use crate::record::{CellRecord, Evaluation, Failure, Timing, Training};
 use crate::run::Options;
@@ -33,8 +35,10 @@ const MOST_SECONDS: f64 = 5.0;
 pub(crate) struct Work<'a> {
     pub plan: &'a Plan,
     pub worlds: Worlds,
-    /// In the order of the Plan's localisers.
-    pub tellers: Vec<Teller>,
+    /// In the order of the Plan's localisers, once they are ready.
+    pub tellers: OnceLock<Vec<Teller>>,
+    /// Cells whose training ended before that.
+    pub waiting: Mutex<Vec<(Cell, Learned)>>,
     pub study: Identity,
     pub storage: &'a dyn Storage,
     /// Where the policies come from that are not learned here.
@@ -47,7 +51,7 @@ pub(crate) struct Work<'a> {
 
 /// What came of a cell's training.
 #[derive(Default)]
-struct Learned {
+pub(crate) struct Learned {
     training: Option<Training>,
     policy: Option<Policy>,
     steps: u64,
@@ -55,6 +59,15 @@ struct Learned {
 }
 
 impl Work<'_> {
+    /// Makes the localisers ready, unless it is interrupted.
+    pub fn localisers(&self) -> Result<(), StudyError> {
+        let Work { plan, study, storage, options, progress, .. } = self;
+        if let Some(tellers) = localisers::prepare(plan, study, *storage, options, *progress)? {
+            self.tellers.get_or_init(|| tellers);
+        }
+        Ok(())
+    }
+
     /// Brings one cell to its end; false if it was interrupted.
     pub fn cell(&self, cell: &Cell) -> Result<bool, StudyError> {
         match folder::read_record(self.storage, cell, &self.study) {
@@ -147,8 +160,14 @@ impl Work<'_> {
         Ok(())
     }
 
-    /// Evaluates what training gave, unless it has failed, and writes the record.
-    fn finish(&self, cell: &Cell, learned: Learned, ended: Result<(), Halt>) -> Result<bool, StudyError> {
+    /// Evaluates what training gave, unless it has failed, and writes the record. Without the localisers that evaluations
+    /// need the cell waits, and is not finished.
+    pub fn finish(&self, cell: &Cell, learned: Learned, ended: Result<(), Halt>) -> Result<bool, StudyError> {
+        if ended.is_ok() && self.tellers.get().is_none() && localisers::are_used(self.plan) {
+            let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
+            waiting.push((cell.clone(), learned));
+            return Ok(false);
+        }
         let Learned { training, policy, steps, seconds } = learned;
         let began = Instant::now();
         let evaluated = ended.and_then(|()| guarded(|| self.evaluate(cell, policy.clone())));
@@ -189,7 +208,7 @@ impl Work<'_> {
         for (number, (protocol, task)) in (1..).zip(self.plan.protocols.iter().zip(&self.worlds.held_out)) {
             let key = EpisodeKey { master: self.options.master, protocol: number, seed: 0, episode: 0 };
             let world = protocol.world.as_deref().unwrap_or(&self.plan.world);
-            let sight = Sight::new(self.plan, world, &self.tellers)
+            let sight = Sight::new(self.plan, world, self.tellers.get().map_or(&[][..], Vec::as_slice))
                 .map_err(|cause| StudyError::Plan { cause, at: protocol.at.clone() })?;
             let interrupted = || self.is_interrupted();
             let evaluation =

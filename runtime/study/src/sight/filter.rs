@@ -117,11 +117,9 @@ impl Filter {
         }
         let gate = GATES[usize::from(self.has_heading)];
         let weight = if squared_distance > gate { gate / squared_distance } else { 1.0 };
-        for k in 0..STATES {
-            self.mean[k] += weight * (mean[k] - self.mean[k]);
-            for column in 0..STATES {
-                self.covariance[k][column] += weight * (covariance[k][column] - self.covariance[k][column]);
-            }
+        let own = self.mean.iter_mut().chain(self.covariance.as_flattened_mut());
+        for (own, whole) in own.zip(mean.iter().chain(covariance.as_flattened())) {
+            *own += weight * (whole - *own);
         }
     }
 

@@ -132,9 +132,8 @@ fn squared_distance(filter: &Filter, error: [f64; 3], components: usize) -> f64 
         for row in k + 1..components {
             let share = c[row][k] / c[k][k];
             e[row] -= share * e[k];
-            for column in k..components {
-                c[row][column] -= share * c[k][column];
-            }
+            let above = c[k];
+            c[row].iter_mut().zip(above).for_each(|(value, above)| *value -= share * above);
         }
     }
     sum
@@ -166,10 +165,8 @@ fn who_counts_its_way_is_less_wrong_than_who_does_not() {
             let drives: Vec<_> =
                 (0..30).flat_map(|episode| drive(wheels, deviation, true, episode)).collect();
             for k in 0..3 {
-                let square = |of: fn(&([f64; 3], [f64; 3], Filter)) -> &[f64; 3]| {
-                    drives.iter().map(|drive| of(drive)[k] * of(drive)[k]).sum::<f64>()
-                };
-                let (joined, told) = (square(|it| &it.0), square(|it| &it.1));
+                let joined: f64 = drives.iter().map(|(error, ..)| error[k] * error[k]).sum();
+                let told: f64 = drives.iter().map(|(_, error, _)| error[k] * error[k]).sum();
                 assert!(joined < told, "{wheels:?} {deviation:?} {k}: {joined} {told}");
             }
         }
