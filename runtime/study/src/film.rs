@@ -6,6 +6,7 @@ use mpgx_vision::{Image, Moving, Scene, Shot, TimeOfDay, TrialKey};
 
 use crate::record::Trajectory;
 use crate::run::REPORTING_MASTER;
+use crate::worlds::episodes_of;
 
 /// The pictures of the camera on `agent` at some frames of an episode (by its number) of a protocol (by its place in the
 /// Plan). `None` if it has no camera. Poses of records are rounded, so a picture may differ from what was seen by as much.
@@ -26,8 +27,7 @@ pub fn film(
         Some(lighting) => time_of_day(lighting).ok()?,
         None => TimeOfDay::of_trial(episode),
     };
-    let key =
-        TrialKey { master: REPORTING_MASTER, protocol: u16::try_from(protocol + 1).ok()?, seed: 0, episode };
+    let key = TrialKey { master: REPORTING_MASTER, protocol: episodes_of(plan, protocol), seed: 0, episode };
     let scene = Scene::new(&world_config(scenery).ok()?, &camera, light, key).ok()?;
     let agents = bodies.len();
     let moving = |frame: usize, agent: usize| {

@@ -26,7 +26,7 @@ use crate::storage::Storage;
 use crate::team;
 use crate::training::Trainer;
 use crate::transfer::Trained;
-use crate::worlds::Worlds;
+use crate::worlds::{Worlds, episodes_of};
 
 /// Seconds of training between two checkpoints at most, however slow the steps are.
 const MOST_SECONDS: f64 = 5.0;
@@ -205,8 +205,9 @@ impl Work<'_> {
     fn evaluate(&self, cell: &Cell, policy: Option<Policy>) -> Result<BTreeMap<String, Evaluation>, Halt> {
         let mut driver = policy.map_or(Driver::Controller(&cell.method.what), Driver::Policy);
         let mut protocols = BTreeMap::new();
-        for (number, (protocol, task)) in (1..).zip(self.plan.protocols.iter().zip(&self.worlds.held_out)) {
-            let key = EpisodeKey { master: self.options.master, protocol: number, seed: 0, episode: 0 };
+        for (number, (protocol, task)) in self.plan.protocols.iter().zip(&self.worlds.held_out).enumerate() {
+            let episodes = episodes_of(self.plan, number);
+            let key = EpisodeKey { master: self.options.master, protocol: episodes, seed: 0, episode: 0 };
             let world = protocol.world.as_deref().unwrap_or(&self.plan.world);
             let sight = Sight::new(self.plan, world, self.tellers.get().map_or(&[][..], Vec::as_slice))
                 .map_err(|cause| StudyError::Plan { cause, at: protocol.at.clone() })?;

@@ -14,6 +14,18 @@ const MOST_SEEDS: usize = 100_000;
 const MOST_PROTOCOLS: usize = u16::MAX as usize;
 const MOST_EPISODES: usize = u32::MAX as usize;
 
+/// The number that a protocol's episodes are drawn under, from 1: the first one's of the same world, whoever knows its pose
+/// there, so that nothing but that tells their results apart.
+pub(crate) fn episodes_of(plan: &Plan, protocol: usize) -> u16 {
+    let world = |number: usize| {
+        let own = plan.protocols.get(number).and_then(|protocol| protocol.world.as_deref());
+        World { localised: Vec::new(), ..own.unwrap_or(&plan.world).clone() }
+    };
+    let own = world(protocol);
+    let first = (0..protocol).find(|&number| world(number) == own).unwrap_or(protocol);
+    first as u16 + 1
+}
+
 pub(crate) struct Worlds {
     /// The stages of the curriculum in order, then the world of training.
     pub training: Vec<Ground>,

@@ -103,7 +103,11 @@ fn content(view: &View) -> Option<Content> {
         episodes => plural(tracks.len(), "episode"),
         complete,
         obstacles => obstacles,
-        film => film.is_some(),
+        film => film.as_ref().map(|film| context! {
+            protocol => plan.protocols.get(film.protocol).map(|protocol| &protocol.name),
+            method => view.methods.get(film.method).map(|method| method.label),
+            seed => film.seed,
+        }),
         margins => obstacles && plan.world.safety_m > 0.0,
     };
     let methods: Vec<_> =

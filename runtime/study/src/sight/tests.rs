@@ -74,6 +74,17 @@ fn who_is_told_the_truth_does_what_who_knows_it_does() {
     }
 }
 
+#[test]
+fn evaluations_that_differ_by_who_is_told_alone_have_the_same_episodes() {
+    let mut all = sample::plan();
+    let told = World { localised: plan().world.localised, ..all.world.clone() };
+    let longer = World { horizon: all.world.horizon + 1, ..all.world.clone() };
+    let protocol = all.protocols[0].clone();
+    let worlds = [None, Some(told), Some(longer)];
+    all.protocols = worlds.map(|world| Protocol { world: world.map(Box::new), ..protocol.clone() }).into();
+    assert_eq!([0, 1, 2].map(|number| crate::worlds::episodes_of(&all, number)), [1, 1, 3]);
+}
+
 /// A distance with a normal deviation of s on each axis has a mean of s √(π/2).
 #[test]
 fn noise_is_as_large_as_it_is_said_to_be_and_costs() {

@@ -1,4 +1,4 @@
-use mpgx_lang::plan::Plan;
+use mpgx_lang::plan::{Plan, Protocol, World};
 
 use super::sample::*;
 use crate::run::run_cells;
@@ -170,9 +170,11 @@ fn a_folder_of_another_plan_is_refused_and_left_alone() {
 }
 
 #[test]
-fn methods_meet_the_same_episodes_and_protocols_different_ones() {
+fn methods_meet_the_same_episodes_and_worlds_different_ones() {
     let mut plan = plan();
-    plan.protocols.push(mpgx_lang::plan::Protocol { name: "again".into(), ..plan.protocols[0].clone() });
+    let world = Box::new(World { horizon: plan.world.horizon + 1, ..plan.world.clone() });
+    let longer = Protocol { name: "longer".into(), world: Some(world), ..plan.protocols[0].clone() };
+    plan.protocols.push(longer);
     let Ok(Outcome::Finished(study)) = run_on(&SimulatedDisk::default(), &plan, &Listener::default()) else {
         panic!("not finished")
     };
@@ -182,7 +184,7 @@ fn methods_meet_the_same_episodes_and_protocols_different_ones() {
     };
     for cell in ["mpg-001", "td3-000", "oracle-000"] {
         assert_eq!(leader(cell, "random"), leader("mpg-000", "random"));
-        assert_ne!(leader(cell, "random"), leader(cell, "again"));
+        assert_ne!(leader(cell, "random"), leader(cell, "longer"));
     }
 }
 

@@ -1,4 +1,4 @@
-// What a robot's camera showed: a canvas in a corner of the scene.
+// What a robot's camera showed: a canvas below the scene.
 mpgx.film = ({ src, every, count, columns, width, height }, box, ready) => {
   const canvas = document.createElement('canvas'), sheet = new Image();
   Object.assign(canvas, { width, height, className: 'film' });
