@@ -195,7 +195,7 @@ impl<'a> Checker<'a> {
         }
         let own = self.hir.world.groups.get(group)?;
         let (span, camera, arena) = (own.span, own.camera.is_some(), own.arena.is_some());
-        let own_odometry = own.odometry.as_ref().map(|odometry| odometry.span);
+        let counts = own.odometry.is_some();
         if looks && !camera {
             let problem = Problem::error(&NO_CAMERA, format!("`{}` has no camera", name.node));
             let problem = problem.at(name.span, "sees nothing").with(span, "has no `camera`");
@@ -211,7 +211,7 @@ impl<'a> Checker<'a> {
             self.report(problem.help(help));
             return None;
         }
-        if let (Some(joined), None) = (item.odometry, own_odometry) {
+        if let (Some(joined), false) = (item.odometry, counts) {
             let problem = Problem::error(&NO_ODOMETRY, format!("`{}` has no odometry", name.node));
             let problem = problem.at(joined, "counts nothing").with(span, "has no `odometry`");
             self.report(

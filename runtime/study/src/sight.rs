@@ -80,8 +80,11 @@ impl<'a> Sight<'a> {
             let first = world.first_of(localised.group);
             let camera =
                 group.camera.as_ref().map(camera_config).transpose().map_err(|why| why.to_string())?;
-            let odometry = group.odometry.as_ref().filter(|_| localised.odometry);
-            let wheels = odometry.map(wheels).transpose().map_err(|why| why.to_string())?;
+            let wheels = match (&group.odometry, localised.odometry) {
+                (_, false) => None,
+                (Some(odometry), true) => Some(wheels(odometry).map_err(|why| why.to_string())?),
+                (None, true) => return Err("a group that does not count its way joins it".to_owned()),
+            };
             let agents = first..first + group.size;
             Ok(Group { agents, teller, camera: camera.filter(|_| teller.looks()), wheels })
         };
