@@ -66,7 +66,8 @@ fn without_a_change_it_finds_what_the_run_found_and_leaves_the_study_alone() {
 /// Other places, more episodes, any number of threads; a second call computes nothing.
 #[test]
 fn parameters_and_episodes_change_and_threads_do_not_matter() {
-    let folder = trained(&[], "--set side=0.5m");
+    let blur = ("param side = 0.4 m", "param side = 0.4 m\nparam blur = 0.1 m");
+    let folder = trained(&[blur, ("near(F[i], 0.1 m)", "near(F[i], blur)")], "--set side=0.5m");
     let eval = |out: &str, threads: usize| {
         let options = format!("--set side=0.7m --episodes 9 --threads {threads} --json --out {out}");
         let (code, json, error) = mpgx(folder.path(), &format!("eval runs/small {options}"));
@@ -84,7 +85,7 @@ fn parameters_and_episodes_change_and_threads_do_not_matter() {
     assert_eq!(fs::metadata(&record).unwrap().modified().unwrap(), written);
 
     // What was set when it ran stays set.
-    assert_eq!(mpgx(folder.path(), "eval runs/small --set side=0.5m --out own").0, Some(0));
+    assert_eq!(mpgx(folder.path(), "eval runs/small --set blur=0.1m --out own").0, Some(0));
     let own = study(&folder.path().join("own"));
     assert_eq!(own["protocols"], study(&folder.path().join("runs/small"))["protocols"]);
 }
@@ -125,6 +126,18 @@ fn another_scenario_with_evaluations_of_its_own() {
     assert!(error.contains("do not fit `other`") && error.contains("entry 1 of the state was"), "{error}");
     assert!(error.contains("(seen.scn:"), "{error}");
     assert!(!folder.path().join("runs/small/eval/other").join("cells").exists());
+}
+
+/// The same question about what another study has learned.
+#[test]
+fn the_results_of_two_studies_do_not_share_a_folder() {
+    let folder = trained(&[], "");
+    assert_eq!(mpgx(folder.path(), "run small.scn --set side=0.5m --out wider").0, Some(0));
+    let eval = |study: &str| mpgx(folder.path(), &format!("eval {study} --scenario small.scn --out same"));
+    assert_eq!(eval("runs/small").0, Some(0));
+    let (code, _, error) = eval("wider");
+    assert!(code == Some(2) && error.contains("holds another study"), "{error}");
+    assert_eq!(eval("runs/small").0, Some(0));
 }
 
 #[test]
