@@ -102,6 +102,7 @@ mod tests {
     use super::*;
     use crate::storage::SimulatedDisk;
 
+    /// Seen to fail when whoever is found counts as dead.
     #[test]
     fn a_folder_has_one_owner() {
         let disk = SimulatedDisk::default();
@@ -113,6 +114,7 @@ mod tests {
         assert!(acquire(&disk, &me).is_ok());
     }
 
+    /// Seen to fail when nobody counts as dead, when the machine is not compared, or when the time is not at which the process began.
     #[test]
     fn the_dead_are_succeeded_but_not_those_of_other_machines() {
         let me = Owner::this_process();
@@ -126,11 +128,24 @@ mod tests {
         }
     }
 
+    /// Seen to fail when such a file counts as an owner.
     #[test]
     fn a_damaged_owner_file_does_not_lock_forever() {
         let disk = SimulatedDisk::default();
         disk.create_new(FILE, b"{\"pid\": 1").unwrap();
         assert!(acquire(&disk, &Owner::this_process()).is_ok());
         assert_eq!(disk.list("").unwrap(), Vec::<String>::new());
+    }
+
+    #[test]
+    fn what_the_dead_left_while_they_took_the_folder_is_removed() {
+        let disk = SimulatedDisk::default();
+        let (me, dead) = (Owner::this_process(), u32::MAX);
+        let theirs = format!("{FILE}.{}", me.pid);
+        for left in [format!("{FILE}.{dead}"), theirs.clone()] {
+            disk.create_new(&left, b"{}").unwrap();
+        }
+        drop(acquire(&disk, &me).unwrap());
+        assert_eq!(disk.list("").unwrap(), [theirs]);
     }
 }

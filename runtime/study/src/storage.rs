@@ -172,6 +172,7 @@ mod tests {
     }
 
     /// At every operation, in every way: the old content or the new, and the new once the write has returned.
+    /// Seen to fail when the temporary file or the folder is not flushed.
     #[test]
     fn an_atomic_write_survives_any_crash() {
         let (old, new) = (vec![1; 100], vec![2; 300]);
@@ -189,6 +190,7 @@ mod tests {
         }
     }
 
+    /// Seen to fail when what is appended is not flushed.
     #[test]
     fn a_crash_spares_what_append_has_returned() {
         for crash_at in 0..9 {
@@ -222,6 +224,7 @@ mod tests {
         assert_eq!(disk.after_crash(Crash::Keep).read("f").unwrap(), b"new");
     }
 
+    /// Seen to fail when the temporary file stays.
     #[test]
     fn a_full_disk_leaves_the_old_content_and_no_litter() {
         let disk = SimulatedDisk::default();

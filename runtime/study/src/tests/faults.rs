@@ -33,6 +33,7 @@ fn finished_on(disk: &SimulatedDisk) -> BTreeSet<CellId> {
     files.iter().filter_map(|file| file.strip_suffix("/record.bin")).map(str::to_string).collect()
 }
 
+/// Seen to fail when a record is written in place, without a temporary file.
 #[test]
 fn every_operation_may_fail() {
     let (operations, expected) = undisturbed();
@@ -55,6 +56,8 @@ fn every_operation_may_fail() {
     }
 }
 
+/// Seen to fail when a write is renamed before it is flushed or its folder is not, and when a checkpoint leaves out the actions
+/// of the episode that is going on.
 #[test]
 fn the_machine_may_stop_at_every_operation() {
     for plan in [small(), small_shared()] {
@@ -80,6 +83,7 @@ fn stopped_at_every_operation(plan: &Plan) {
 }
 
 /// It stops again and again, later each time it has come further.
+/// Seen to fail when a checkpoint leaves out the actions of the episode that is going on.
 #[test]
 fn the_machine_may_stop_while_it_recovers() {
     let (_, expected) = undisturbed();
@@ -108,6 +112,7 @@ pub fn with_checkpoints(plan: &Plan) -> SimulatedDisk {
     disk
 }
 
+/// Seen to fail when checkpoints do not take turns, the earlier of two is taken, or nobody looks whether the log is whole.
 #[test]
 fn damaged_checkpoints_are_passed_over() {
     let (_, expected) = undisturbed();
@@ -148,6 +153,7 @@ fn damaged_checkpoints_are_passed_over() {
 }
 
 /// After one damaged checkpoint there are soon two whole ones again.
+/// Seen to fail when the next checkpoint goes where the good one lies.
 #[test]
 fn the_good_checkpoint_is_not_the_next_to_be_written() {
     let plan = Plan { learners: vec![learner("mpg", 60.0)], ..small() };
@@ -167,6 +173,7 @@ fn the_good_checkpoint_is_not_the_next_to_be_written() {
 }
 
 /// One cell that cannot be stored stops the others, so that nobody waits an hour for an error.
+/// Seen to fail when a cell that cannot be stored does not stop the others.
 #[test]
 fn a_broken_disk_stops_all_cells() {
     let disk = SimulatedDisk::default();
@@ -177,6 +184,7 @@ fn a_broken_disk_stops_all_cells() {
     assert_eq!(listener.started(), ["mpg-000"]);
 }
 
+/// Seen to fail when nobody looks what a sealed file belongs to.
 #[test]
 fn a_checkpoint_of_another_cell_or_study_is_passed_over() {
     let (_, expected) = undisturbed();
@@ -194,6 +202,7 @@ fn a_checkpoint_of_another_cell_or_study_is_passed_over() {
     assert!(warnings.len() == 2 && warnings[0].contains("another study"), "{warnings:?}");
 }
 
+/// Seen to fail when a damaged record is an error.
 #[test]
 fn a_damaged_record_is_made_again() {
     let disk = SimulatedDisk::default();
@@ -208,6 +217,7 @@ fn a_damaged_record_is_made_again() {
     assert_eq!(listener.started(), ["mpg-000"]);
 }
 
+/// Seen to fail when a damaged plan is an error.
 #[test]
 fn a_damaged_plan_is_frozen_again() {
     let disk = SimulatedDisk::default();
@@ -219,6 +229,7 @@ fn a_damaged_plan_is_frozen_again() {
 }
 
 /// √(1.3 m − gap) is no number where the follower is far: the learners meet that, the oracle starts closer.
+/// Seen to fail when training goes on with NaN, places name the folder, or a failed cell leaves a policy.
 #[test]
 fn a_cell_without_numbers_fails_alone() {
     let mut plan = plan();
@@ -244,6 +255,7 @@ fn a_cell_without_numbers_fails_alone() {
     assert_eq!(again.started(), Vec::<CellId>::new());
 }
 
+/// Seen to fail when panics are not caught.
 #[test]
 fn a_panic_stays_in_its_cell() {
     let listener = Listener { panic_in: Some("td3-001".into()), ..Listener::default() };
@@ -259,6 +271,7 @@ fn a_panic_stays_in_its_cell() {
     assert_eq!(record.training.as_ref().unwrap().returns.len(), 1);
 }
 
+/// Seen to fail when something is written before the Plan is checked.
 #[test]
 fn a_bad_plan_is_refused_before_anything_is_written() {
     let disk = SimulatedDisk::default();

@@ -35,6 +35,7 @@ fn loaded(disk: &SimulatedDisk, identity: &Identity) -> (State, bool) {
     (state, !warnings.is_empty())
 }
 
+/// Seen to fail when the hash of the header or of the log is not compared.
 #[test]
 fn a_damaged_checkpoint_leaves_the_other_or_none() {
     let start = with_checkpoints(&small());
@@ -61,6 +62,7 @@ fn a_damaged_checkpoint_leaves_the_other_or_none() {
     }
 }
 
+/// Seen to fail when the hash of a section is not compared.
 #[test]
 fn a_damaged_record_or_policy_is_refused() {
     let disk = SimulatedDisk::default();
