@@ -137,6 +137,7 @@ mod tests {
         assert_eq!(disk.list("").unwrap(), Vec::<String>::new());
     }
 
+    /// Seen to fail when nothing is tidied.
     #[test]
     fn what_the_dead_left_while_they_took_the_folder_is_removed() {
         let disk = SimulatedDisk::default();

@@ -141,7 +141,7 @@ mod tests {
         assert!(open::<3>(KIND, &study, &[bytes.as_slice(), b"x"].concat()).is_err());
     }
 
-    /// Seen to fail when format or owner is not compared.
+    /// Seen to fail when format, owner or numerics version is not compared.
     #[test]
     fn the_reason_is_told() {
         let (study, bytes) = sample();
