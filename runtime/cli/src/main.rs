@@ -15,6 +15,7 @@ mod suite;
 mod table;
 mod verbs;
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
@@ -85,14 +86,16 @@ enum Verb {
 }
 
 fn main() -> ExitCode {
-    leave_closed_pipes_alone();
+    end_with_closed_pipes();
     tracing_subscriber::fmt()
         .with_writer(std::io::stderr)
         .with_env_filter(tracing_subscriber::EnvFilter::from_env("MPGX_LOG"))
         .init();
-    match choose_kernels().and_then(|()| run(Cli::parse().verb)) {
-        Ok(exit) => exit.into(),
-        Err(failure) => {
+    match std::panic::catch_unwind(|| choose_kernels().and_then(|()| run(Cli::parse().verb))) {
+        Ok(Ok(exit)) => exit.into(),
+        // It has told where and why.
+        Err(_) => Exit::Internal.into(),
+        Ok(Err(failure)) => {
             let style = anstyle::AnsiColor::Red.on_default().bold();
             let text = layout::fold(&format!("error: {failure}"), 2, layout::width_of_stderr());
             let rest = text.strip_prefix("error").unwrap_or(&text);
@@ -102,13 +105,18 @@ fn main() -> ExitCode {
     }
 }
 
-/// `mpgx list | head -1` is no error: who reads has read enough. The exit code is that of SIGPIPE.
-fn leave_closed_pipes_alone() {
+/// `mpgx list | head -1` is no error: who reads has read enough. The exit code is that of SIGPIPE. Output that cannot be
+/// written for another reason, as to a full disk, is one.
+fn end_with_closed_pipes() {
     let told = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         let message = panic.payload().downcast_ref::<String>().map_or("", String::as_str);
-        if message.starts_with("failed printing to") && message.contains("Broken pipe") {
-            std::process::exit(141);
+        if message.starts_with("failed printing to") {
+            if message.contains("Broken pipe") {
+                std::process::exit(141);
+            }
+            let _ = writeln!(std::io::stderr(), "error: {message}");
+            std::process::exit(Exit::Io as i32);
         }
         told(panic);
     }));

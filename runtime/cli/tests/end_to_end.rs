@@ -56,6 +56,7 @@ fn a_run_leaves_a_study_and_a_report_and_a_second_run_recomputes_nothing() {
     assert!(records("mpg-002").exists());
 }
 
+/// Seen to fail when a dry run runs.
 #[test]
 fn a_range_of_seeds_runs_and_a_dry_run_tells_what_it_would_take() {
     let folder = folder();
@@ -175,6 +176,7 @@ fn threads_and_kernels_leave_the_hash_alone() {
 }
 
 /// Time zone, language, folder, and a home that is not there.
+/// Seen to fail when the time zone or the folder is part of the hash.
 #[test]
 fn where_and_when_a_study_runs_leaves_the_hash_alone() {
     let reference = study_hash(folder().path(), &[]);
@@ -189,6 +191,8 @@ fn where_and_when_a_study_runs_leaves_the_hash_alone() {
         command.env("TZ", zone).env("LANG", language).env("LC_ALL", language).env("HOME", "/nowhere");
         let output = command.args(["run", "small.scn", "--threads", "3"]).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let told = text(&output.stdout);
+        assert!(told.contains(&reference), "{place}, {zone}, {language}: {told}");
         assert_eq!(study_hash(&here, &[]), reference, "{place}, {zone}, {language}");
     }
 }
@@ -232,6 +236,7 @@ fn kill_nine_between_checkpoints_and_the_same_command_goes_on_to_the_same_hash()
 }
 
 /// Each signal of a batch system or a terminal: exit 75 with a checkpoint, and the same command goes on to the same hash.
+/// Seen to fail when it ends with another code, or nobody listens for SIGUSR1.
 #[test]
 fn signals_checkpoint_and_the_same_command_goes_on_to_the_same_hash() {
     let long = || {
@@ -265,6 +270,7 @@ fn start(folder: &Path) -> Child {
         .unwrap()
 }
 
+/// Seen to fail when `--max-memory` or the limit of 1 MiB is not held, or another byte is told.
 #[test]
 fn bad_input_ends_with_2_and_says_what_to_do() {
     let folder = folder();
@@ -302,6 +308,7 @@ fn another_scenario_in_the_same_folder_is_refused() {
     assert!(text(&output.stderr).contains("another study"), "{}", text(&output.stderr));
 }
 
+/// Seen to fail when claims do not count.
 #[test]
 fn a_claim_that_fails_ends_with_1() {
     let folder = folder();

@@ -32,6 +32,7 @@ fn ends(output: &Output, code: i32, said: &str) {
     assert!(told.contains(said), "{told}");
 }
 
+/// Seen to fail when the limit is not held against what was read, or links are followed anywhere.
 #[cfg(unix)]
 #[test]
 fn an_endless_file_is_refused() {
@@ -43,6 +44,7 @@ fn an_endless_file_is_refused() {
 }
 
 /// A second run in the same folder is told who is there; when that one is killed, it takes over.
+/// Seen to fail when whoever is found counts as dead, when nobody does, and when it ends with another code.
 #[test]
 fn one_folder_has_one_run() {
     let long = folder(&SCENARIO.replace("steps = 9000", "steps = 1000000"));
@@ -68,6 +70,7 @@ fn one_folder_has_one_run() {
 }
 
 /// A place where no folder can be made.
+/// Seen to fail when it ends with another code.
 #[test]
 fn a_folder_that_cannot_be_made_ends_with_74_and_leaves_nothing() {
     let folder = folder(SCENARIO);
@@ -77,6 +80,7 @@ fn a_folder_that_cannot_be_made_ends_with_74_and_leaves_nothing() {
 }
 
 /// What runs is frozen: another text under the same name is refused, with both hashes, and the study is as it was.
+/// Seen to fail when the hashes are not compared.
 #[test]
 fn a_scenario_that_was_edited_meanwhile_is_refused() {
     let folder = folder(&SCENARIO.replace("steps = 9000", "steps = 300"));
@@ -85,4 +89,38 @@ fn a_scenario_that_was_edited_meanwhile_is_refused() {
     fs::write(folder.path().join("kills.scn"), SCENARIO).unwrap();
     ends(&run(folder.path(), &["run", "kills.scn"]), 2, "another study");
     assert_eq!(fs::read(folder.path().join("runs/kills/study.json")).unwrap(), study);
+}
+
+/// The root is no number where a follower is far.
+/// Seen to fail when failures do not count.
+#[test]
+fn a_seed_that_fails_ends_with_1_and_the_others_finish() {
+    let far = "    odd = sum(i in follower) sqrt(1.6 m * 1 m - |p[i] - F[i]| * 1 m)\n    gap   = ";
+    let folder = folder(&include_str!("small.scn").replace("    gap   = ", far));
+    let output = run(folder.path(), &["run", "kills.scn", "--out", "study"]);
+    ends(&output, 1, "reward term `odd` is NaN (kills.scn:32:5)");
+    assert!(folder.path().join("study/cells/mpg-000/policy.bin").exists());
+}
+
+/// What is printed is lost: that is told.
+/// Seen to fail when it is a panic like any other.
+#[cfg(target_os = "linux")]
+#[test]
+fn output_that_cannot_be_written_ends_with_74() {
+    let folder = folder("");
+    let full = fs::File::options().write(true).open("/dev/full").unwrap();
+    let output = mpgx(folder.path(), &["list"]).stdout(full).output().unwrap();
+    ends(&output, 74, "error: failed printing");
+}
+
+/// More threads than the machine gives.
+/// Seen to fail when it ends with another code.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_is_nobodys_fault_ends_with_70() {
+    let folder = folder(SCENARIO);
+    let line =
+        format!("ulimit -v 1000000; exec '{}' run kills.scn --threads 1024", env!("CARGO_BIN_EXE_mpgx"));
+    let output = Command::new("sh").current_dir(folder.path()).args(["-c", &line]).output().unwrap();
+    ends(&output, 70, "threads");
 }
