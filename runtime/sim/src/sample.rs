@@ -7,8 +7,10 @@ use proptest::test_runner::{Config, RngSeed};
 
 use crate::task::Task;
 
-/// The same cases every time.
+/// The same cases every time: this many, or as many as `PROPTEST_CASES` says.
 pub fn cases(cases: u32) -> Config {
+    let asked = std::env::var("PROPTEST_CASES").ok().and_then(|asked| asked.parse().ok());
+    let cases = asked.unwrap_or(cases);
     Config { cases, rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Config::default() }
 }
 

@@ -74,12 +74,12 @@ impl Each {
             }
             Over::Nearest { count, to } => {
                 let to = scene.agent(*to);
-                let mut last = (f64::NEG_INFINITY, 0);
+                let mut last = None;
                 for _ in 0..*count {
                     let place = |agent: usize| scene.agents.position[agent];
-                    let Some(next) = self.next_nearest(place, to, last) else { return };
-                    scene.variables[variable] = self.members[next.1];
-                    last = next;
+                    last = self.next_nearest(place, to, last);
+                    let Some((_, next)) = last else { return };
+                    scene.variables[variable] = self.members[next];
                     if !go_on(scene) {
                         return;
                     }
@@ -88,22 +88,18 @@ impl Each {
         }
     }
 
-    /// The member that follows `last` (its distance and its place in the list) in the order of distance.
+    /// The member that follows `last` (the bits of its distance, and its place in the list) in the order of distance: the
+    /// bits of numbers from 0 are in their order, and those of what is not a number come after infinity.
     pub(super) fn next_nearest(
         &self,
         place: impl Fn(usize) -> Vec2,
         to: usize,
-        last: (f64, usize),
-    ) -> Option<(f64, usize)> {
-        let mut next: Option<(f64, usize)> = None;
-        for (k, &member) in self.members.iter().enumerate() {
-            let away = maths::distance(place(member), place(to));
-            let later = away > last.0 || away == last.0 && k > last.1;
-            if member != to && later && next.is_none_or(|(least, _)| away < least) {
-                next = Some((away, k));
-            }
-        }
-        next
+        last: Option<(u64, usize)>,
+    ) -> Option<(u64, usize)> {
+        let others = self.members.iter().enumerate().filter(|(_, member)| **member != to);
+        let away = |member: usize| maths::distance(place(member), place(to)).abs().to_bits();
+        let ordered = others.map(|(k, &member)| (away(member), k));
+        ordered.filter(|next| last.is_none_or(|last| *next > last)).min()
     }
 }
 

@@ -311,8 +311,9 @@ impl Naive<'_> {
                 let to = self.agent(*to);
                 let position = &self.agents.position;
                 let mut all: Vec<usize> = members(among).into_iter().filter(|&member| member != to).collect();
+                // Last those that are nowhere, whichever sign their distance has.
                 let away = |k: usize| {
-                    maths::norm([position[k][0] - position[to][0], position[k][1] - position[to][1]])
+                    maths::norm([position[k][0] - position[to][0], position[k][1] - position[to][1]]).abs()
                 };
                 all.sort_by(|&a, &b| away(a).total_cmp(&away(b)));
                 all.into_iter().take(*count).map(|member| vec![member]).collect()
@@ -354,17 +355,38 @@ fn address(master: u64, part: u16) -> Address {
     Address { master, purpose: Purpose::Motion, protocol: 0, part, seed: 0, episode: 0, step: 0 }
 }
 
-/// Agents at random places, some on top of each other.
+/// Numbers that are treated specially where anything is.
+const WILD: [f64; 10] = [
+    0.0,
+    -0.0,
+    f64::MIN_POSITIVE / 4.0,
+    -f64::MIN_POSITIVE / 4.0,
+    f64::INFINITY,
+    f64::NEG_INFINITY,
+    f64::NAN,
+    f64::MAX,
+    1e-300,
+    -1e200,
+];
+
+/// Agents at random places, some on top of each other; in every second crowd one number of eight is wild.
 fn crowd(stream: &mut Stream) -> Agents {
     let mut agents = Agents::new(8);
+    let wild = stream.below(2) == 0;
+    let mut tamed = |number: fn(&mut Stream) -> f64| match wild && stream.below(8) == 0 {
+        true => WILD[stream.below(WILD.len() as u64) as usize],
+        false => number(stream),
+    };
+    let place = |stream: &mut Stream| (4.0 * stream.uniform()).floor() / 2.0 - stream.uniform().floor();
     for k in 0..8 {
-        agents.position[k] =
-            [0, 1].map(|_| (4.0 * stream.uniform()).floor() / 2.0 - stream.uniform().floor());
-        agents.velocity[k] = [0, 1].map(|_| stream.normal());
-        agents.heading[k] = stream.normal();
-        agents.course[k] = [0, 1].map(|_| stream.normal());
-        agents.command[k] = [0, 1].map(|_| stream.normal());
-        agents.last_command[k] = [0, 1].map(|_| stream.normal());
+        agents.position[k] = [0, 1].map(|_| tamed(place));
+        agents.velocity[k] = [0, 1].map(|_| tamed(Stream::normal));
+        agents.heading[k] = tamed(Stream::normal);
+        agents.course[k] = [0, 1].map(|_| tamed(Stream::normal));
+        agents.command[k] = [0, 1].map(|_| tamed(Stream::normal));
+        agents.last_command[k] = [0, 1].map(|_| tamed(Stream::normal));
+    }
+    for k in 0..8 {
         agents.outside[k] = stream.below(2) == 0;
     }
     agents

@@ -60,12 +60,14 @@ impl Each {
             }
             Over::Nearest { count, to } => {
                 let to = scene.index(*to);
-                let mut last = [Some((f64::NEG_INFINITY, 0)); LANES];
-                for _ in 0..*count {
+                let mut last = [None; LANES];
+                for turn in 0..*count {
                     let mut nearest = [0; LANES];
                     for (lane, last) in last.iter_mut().enumerate() {
                         let place = |agent: usize| at(&scene.agents.position[agent], lane);
-                        *last = last.and_then(|last| self.next_nearest(place, to.at(lane), last));
+                        if turn == 0 || last.is_some() {
+                            *last = self.next_nearest(place, to.at(lane), *last);
+                        }
                         nearest[lane] = last.map_or(to.at(lane), |(_, k)| self.members[k]);
                     }
                     scene.variables[variable] = Index::Each(nearest);
