@@ -77,7 +77,7 @@ fn a_network_is_trained_once_and_goes_on_where_it_was() {
     let finished = Finished(Default::default());
     let outcome = run(&plan, &sample::source(), &parts, &options, &finished);
     assert_eq!(sample::hash(outcome), hash);
-    assert_eq!(finished.0.into_inner().unwrap().as_slice(), std::slice::from_ref(&record));
+    assert_eq!(finished.0.into_inner().unwrap().as_slice(), std::slice::from_ref(record));
     assert_eq!(sample::hash_of(&parts, &plan), hash);
 
     parts.write("localisers/eyes/network.safetensors", 9, b"damage").unwrap();
