@@ -449,6 +449,7 @@ fn bits(value: [f64; 2]) -> [u64; 2] {
 proptest! {
     #![proptest_config(sample::cases(4000))]
 
+    /// Seen to fail when those at a distance that is no number are none of the nearest.
     #[test]
     fn programs_give_the_bits_of_the_interpreter(seed: u64, kind in 0..3, draws: bool, depth in 0u32..6) {
         let mut author = Author::new(stream(seed, 0).stream().clone(), draws);
