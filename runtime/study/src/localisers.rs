@@ -23,7 +23,7 @@ use crate::sealed::{self, Kind};
 use crate::sight::Teller;
 use crate::storage::Storage;
 
-const RECORD: Kind = Kind { magic: *b"mpgx-loc", format: 2 };
+const RECORD: Kind = Kind { magic: *b"mpgx-loc", format: 3 };
 
 /// Checks what can be checked before anything is written.
 pub(crate) fn check(plan: &Plan) -> Result<(), StudyError> {

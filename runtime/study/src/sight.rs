@@ -9,7 +9,7 @@ use mpgx_random::{Address, Purpose, Stream};
 use mpgx_sim::{Episode, EpisodeKey, Fault, Task};
 use mpgx_vision::declared::{PoseNoise, Wheels, camera_config, time_of_day, wheels, world_config};
 use mpgx_vision::{
-    CameraConfig, Image, Moving, Pose, Reliability, Scene, Shot, TimeOfDay, TrialKey, WorldConfig,
+    CameraConfig, Fix, Image, Moving, Reliability, Scene, Shot, TimeOfDay, TrialKey, WorldConfig,
 };
 
 use crate::error::Halt;
@@ -27,7 +27,7 @@ pub(crate) enum Teller {
 
 /// Tells from images where each was taken from.
 pub(crate) trait Eyes: Send + Sync {
-    fn poses(&self, images: &[Image]) -> Result<Vec<Pose>, String>;
+    fn fixes(&self, images: &[Image]) -> Result<Vec<Fix>, String>;
 }
 
 /// Who is told its pose in the episodes of a protocol, and by what.
@@ -139,7 +139,7 @@ impl<'a> Sight<'a> {
             let answers = self.answers(task, number, group, sides)?;
             for ((told, answers), (belief, truth)) in told.iter_mut().zip(answers).zip(sides.iter_mut()) {
                 told.extend(group.agents.clone().zip(answers).map(|(agent, answer)| match group.wheels {
-                    None => (agent, answer),
+                    None => (agent, answer.pose),
                     Some(wheels) => (agent, belief.join(task, truth, agent, answer, group.teller, wheels)),
                 }));
             }
@@ -157,23 +157,23 @@ impl<'a> Sight<'a> {
         number: usize,
         group: &Group,
         sides: &[(&mut Belief, &Episode)],
-    ) -> Result<Vec<Vec<[f64; 3]>>, Halt> {
+    ) -> Result<Vec<Vec<Fix>>, Halt> {
         match &group.teller {
             &&Teller::Noise(PoseNoise { position_m, heading_rad }) => {
                 let noisy = |(belief, truth): &(&mut Belief, &Episode), agent: usize| {
                     let mut stream = belief.stream(Purpose::Localiser, truth, agent);
                     let mut noise = |deviation: f64| deviation * stream.normal();
                     let [x, y, heading] = task.stand(truth, agent);
-                    [x + noise(position_m), y + noise(position_m), heading + noise(heading_rad)]
+                    let pose = [x + noise(position_m), y + noise(position_m), heading + noise(heading_rad)];
+                    Fix { pose, spread: [1.0; 3] }
                 };
                 let all = |side| group.agents.clone().map(|agent| noisy(side, agent)).collect();
                 Ok(sides.iter().map(all).collect())
             }
             Teller::Eyes(eyes, _) => {
                 let images = sides.iter().flat_map(|(belief, truth)| self.look(task, number, belief, truth));
-                let poses = eyes.poses(&images.collect::<Vec<Image>>()).map_err(|why| blind(&why))?;
-                let poses: Vec<_> = poses.iter().map(|it| [it.x_m, it.y_m, it.heading_rad]).collect();
-                Ok(poses.chunks(group.agents.len().max(1)).map(<[_]>::to_vec).collect())
+                let fixes = eyes.fixes(&images.collect::<Vec<Image>>()).map_err(|why| blind(&why))?;
+                Ok(fixes.chunks(group.agents.len().max(1)).map(<[_]>::to_vec).collect())
             }
         }
     }
@@ -222,7 +222,7 @@ impl Belief {
         task: &Task,
         truth: &Episode,
         agent: usize,
-        answer: [f64; 3],
+        answer: Fix,
         teller: &Teller,
         wheels: Wheels,
     ) -> [f64; 3] {
@@ -231,12 +231,13 @@ impl Belief {
         match (self.joined.get_mut(&agent), self.before.get(agent)) {
             (Some((odometer, filter)), Some(&before)) => {
                 filter.go(odometer.count(way(before, task.stand(truth, agent)), &mut stream));
-                filter.correct(answer, reliability.lasting());
+                filter.correct(answer.pose, reliability.lasting(answer.spread));
                 filter.pose()
             }
             _ => {
                 let has_heading = task.has_heading(agent);
-                let filter = Filter::new(answer, reliability.mean_square, wheels, has_heading);
+                let filter =
+                    Filter::new(answer.pose, reliability.variance(answer.spread), wheels, has_heading);
                 let pose = filter.pose();
                 self.joined.insert(agent, (Odometer::new(wheels, &mut stream), filter));
                 pose

@@ -35,7 +35,7 @@ pub use cast::{Moving, Shot};
 pub use image::{Frame, Image};
 pub use light::TimeOfDay;
 pub use pose::{Pose, PoseQ, Quaternion};
-pub use reliability::Reliability;
+pub use reliability::{Fix, Reliability};
 pub use scattered::ScatterConfig;
 pub use trajectory::{Path, TrajectoryConfig, TrajectoryKind};
 pub use trial::{Trial, TrialConfig};

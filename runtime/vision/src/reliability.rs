@@ -1,13 +1,23 @@
-//! What answers that follow each other are worth together.
+//! What answers are worth: each by itself, and those that follow each other together.
 
 use serde::{Deserialize, Serialize};
 
-/// How wrong answers are in x, y (m) and heading (rad), and how alike one is to the next.
+/// Where a robot is, as a localiser tells it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Fix {
+    /// x and y (m), heading (rad).
+    pub pose: [f64; 3],
+    /// What the errors of each are in proportion to. Of a network the variances of the distributions that it tells (m²,
+    /// rad²); 1 where nothing is known of an answer by itself.
+    pub spread: [f64; 3],
+}
+
+/// How wrong answers are in x, y and heading for their spread, and how alike one error is to the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Reliability {
-    /// Mean squares of the errors: m², m², rad².
+    /// Mean squares of the errors over their spreads.
     pub mean_square: [f64; 3],
-    /// Of errors e and the next ones f, Σ e f / √(Σ e² Σ f²).
+    /// Of these ratios e and the next ones f, Σ e f / √(Σ e² Σ f²).
     pub correlation: [f64; 3],
 }
 
@@ -15,7 +25,7 @@ pub struct Reliability {
 const MOST_ALIKE: f64 = 0.99;
 
 impl Reliability {
-    /// Of runs of errors, each in the order of time.
+    /// Of runs of errors over their spreads, each in the order of time.
     pub fn of(runs: &[Vec<[f64; 3]>]) -> Reliability {
         let component = |k: usize| {
             let all = || runs.iter().flatten().map(|error| error[k]);
@@ -29,12 +39,18 @@ impl Reliability {
         Reliability { mean_square: components.map(|it| it.0), correlation: components.map(|it| it.1) }
     }
 
+    /// The variances of an answer with this spread: m², m², rad².
+    pub fn variance(&self, spread: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|k| self.mean_square[k] * spread[k] * spread[k])
+    }
+
     /// The variances that independent answers would have whose mean over a long time is as wrong: (1 + ρ) / (1 − ρ) times
-    /// the mean squares, for errors that are correlated by ρᵏ after k steps.
-    pub fn lasting(&self) -> [f64; 3] {
+    /// those of this one, for errors that are correlated by ρᵏ after k steps.
+    pub fn lasting(&self, spread: [f64; 3]) -> [f64; 3] {
+        let variance = self.variance(spread);
         std::array::from_fn(|k| {
             let alike = self.correlation[k].clamp(0.0, MOST_ALIKE);
-            self.mean_square[k] * (1.0 + alike) / (1.0 - alike)
+            variance[k] * (1.0 + alike) / (1.0 - alike)
         })
     }
 }
@@ -51,8 +67,10 @@ mod tests {
         assert_eq!(found.mean_square, [3.75, 0.0, 1.0]);
         assert!((found.correlation[0] + 5.0 / 50.0_f64.sqrt()).abs() < 1e-12);
         assert_eq!(found.correlation[1..], [0.0, 1.0]);
-        assert_eq!(found.lasting()[..2], [3.75, 0.0]);
-        assert!((found.lasting()[2] - 199.0).abs() < 1e-9);
+        assert_eq!(found.lasting([1.0; 3])[..2], [3.75, 0.0]);
+        assert!((found.lasting([1.0; 3])[2] - 199.0).abs() < 1e-9);
+        assert_eq!(found.variance([2.0; 3]), [15.0, 0.0, 4.0]);
+        assert_eq!(found.lasting([2.0, 0.0, 0.0]), [15.0, 0.0, 0.0]);
         assert_eq!(Reliability::of(&[]), Reliability::default());
     }
 
@@ -77,7 +95,7 @@ mod tests {
         assert!((found.correlation[0] - alike).abs() < 0.01, "{found:?}");
         let mean = |run: &Vec<[f64; 3]>| run.iter().map(|error| error[0]).sum::<f64>() / f64::from(steps);
         let of_means = runs.iter().map(|run| mean(run) * mean(run)).sum::<f64>() / runs.len() as f64;
-        let ratio = of_means * f64::from(steps) / found.lasting()[0];
+        let ratio = of_means * f64::from(steps) / found.lasting([1.0; 3])[0];
         assert!((ratio - 1.0).abs() < 0.2, "{ratio}");
     }
 }

@@ -5,8 +5,8 @@ use std::sync::atomic::Ordering;
 
 use mpgx_lang::plan::{Extern, Localiser, Plan, Setting};
 use mpgx_vision::declared::{camera_config, train_config, world_config};
-use mpgx_vision::network::{self, HeldOut, NetworkError, Source, TrainConfig, Weights, held_out};
-use mpgx_vision::{Image, Pose, Reliability, ScatterConfig, TrajectoryConfig, TrialsConfig};
+use mpgx_vision::network::{self, Estimate, HeldOut, NetworkError, Source, TrainConfig, Weights, held_out};
+use mpgx_vision::{Fix, Image, Reliability, ScatterConfig, TrajectoryConfig, TrialsConfig};
 
 use super::{RECORD, belongs_to, read_record, record_path, worlds};
 use crate::error::StudyError;
@@ -113,9 +113,9 @@ fn train(
 }
 
 impl Eyes for network::Localiser {
-    fn poses(&self, images: &[Image]) -> Result<Vec<Pose>, String> {
+    fn fixes(&self, images: &[Image]) -> Result<Vec<Fix>, String> {
         let estimates = self.estimate(images).map_err(|why| why.to_string())?;
-        Ok(estimates.iter().map(|estimate| estimate.pose.planar()).collect())
+        Ok(estimates.iter().map(Estimate::fix).collect())
     }
 }
 

@@ -1,4 +1,5 @@
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use mpgx_lang::plan::*;
 use mpgx_vision::Image;
@@ -98,17 +99,19 @@ fn noise_is_as_large_as_it_is_said_to_be_and_costs() {
     assert_eq!(by(&plan(), "proportional", &noise(0.05, 0.0), 3).returns, blurred.returns[..3]);
 }
 
-/// Of a follower that counts its way; who counts it and is not asked is told as without.
+/// With a follower that counts its way, and may join it to what it is told.
+fn counting(mut plan: Plan, joined: bool) -> Plan {
+    let settings = [("slip", 0.05), ("bias", 0.01)];
+    let settings = settings.map(|(name, value)| (name.to_owned(), Setting::Number(value)));
+    plan.world.groups[1].odometry = Some(Extern { name: "wheels".into(), settings: settings.into() });
+    plan.world.localised[0].odometry = joined;
+    plan
+}
+
+/// Who counts its way and is not asked is told as without.
 #[test]
 fn what_is_told_is_joined_to_what_wheels_count_where_it_is_said() {
-    let counting = |joined: bool| {
-        let mut plan = plan();
-        let settings = [("slip", 0.05), ("bias", 0.01)];
-        let settings = settings.map(|(name, value)| (name.to_owned(), Setting::Number(value)));
-        plan.world.groups[1].odometry = Some(Extern { name: "wheels".into(), settings: settings.into() });
-        plan.world.localised[0].odometry = joined;
-        plan
-    };
+    let counting = |joined: bool| counting(plan(), joined);
     let noise = noise(0.05, 0.0);
     let (raw, joined) =
         (by(&plan(), "proportional", &noise, 100), by(&counting(true), "proportional", &noise, 100));
@@ -118,6 +121,35 @@ fn what_is_told_is_joined_to_what_wheels_count_where_it_is_said() {
     let mut few = by(&counting(true), "proportional", &noise, 3);
     assert_eq!(few.returns, joined.returns[..3]);
     assert_eq!(few.told.take().unwrap().poses, joined.told.unwrap().poses);
+}
+
+/// Tells one place for sure and, every second time, another in doubt.
+struct Doubtful {
+    elsewhere_m: f64,
+    times: AtomicUsize,
+}
+
+impl Eyes for Doubtful {
+    fn fixes(&self, images: &[Image]) -> Result<Vec<Fix>, String> {
+        let sure = self.times.fetch_add(1, Ordering::Relaxed).is_multiple_of(2);
+        let (x, spread) = if sure { (0.3, 1.0) } else { (self.elsewhere_m, 1000.0) };
+        Ok(vec![Fix { pose: [x, -0.2, 0.0], spread: [spread; 3] }; images.len()])
+    }
+}
+
+/// Seen to fail when all answers have the same variance.
+#[test]
+fn what_is_told_in_doubt_counts_less() {
+    let believed = |elsewhere_m: f64| {
+        let eyes = Box::new(Doubtful { elsewhere_m, times: AtomicUsize::new(0) });
+        let reliability = Reliability { mean_square: [0.01; 3], correlation: [0.5; 3] };
+        let plan = counting(seeing(), true);
+        by(&plan, "proportional", &[Teller::Eyes(eyes, reliability)], 1).told.unwrap().poses
+    };
+    let [left, right] = [-1.0, 1.0].map(|elsewhere_m| believed(elsewhere_m)[0].clone());
+    for ([x, ..], [other_x, ..]) in left.iter().zip(&right) {
+        assert!((x - other_x).abs() < 0.001, "{x} {other_x}");
+    }
 }
 
 #[test]
@@ -130,9 +162,9 @@ fn the_oracle_is_not_misled() {
 struct Stuck(&'static Mutex<Vec<Image>>);
 
 impl Eyes for Stuck {
-    fn poses(&self, images: &[Image]) -> Result<Vec<Pose>, String> {
+    fn fixes(&self, images: &[Image]) -> Result<Vec<Fix>, String> {
         self.0.lock().unwrap().extend_from_slice(images);
-        Ok(vec![Pose { x_m: 0.3, y_m: -0.2, heading_rad: 0.0 }; images.len()])
+        Ok(vec![Fix { pose: [0.3, -0.2, 0.0], spread: [1.0; 3] }; images.len()])
     }
 }
 
@@ -162,7 +194,7 @@ fn each_picture_is_of_its_own_episode_and_step() {
 struct Blind;
 
 impl Eyes for Blind {
-    fn poses(&self, _: &[Image]) -> Result<Vec<Pose>, String> {
+    fn fixes(&self, _: &[Image]) -> Result<Vec<Fix>, String> {
         Err("an estimate is not a number".into())
     }
 }

@@ -36,17 +36,19 @@ pub(crate) fn cross_entropy(logits: Tensor<2>, targets: Tensor<2>, bins: usize) 
     (wanted * told).sum_dim(2).reshape([batch, outputs]).neg()
 }
 
-/// [`means`] of plain numbers.
-pub(crate) fn means_of(logits: &[f32], bins: usize) -> Vec<f32> {
-    let mean = |logits: &[f32]| {
+/// The mean and the variance of each distribution, of plain numbers.
+pub(crate) fn moments_of(logits: &[f32], bins: usize) -> Vec<[f32; 2]> {
+    let moments = |logits: &[f32]| {
         let most = logits.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-        let shares = logits.iter().map(|logit| libm::expf(logit - most));
-        let (sum, moment) = shares.enumerate().fold((0.0, 0.0), |(sum, moment), (bin, share)| {
-            (sum + share, moment + share * centre(bin, bins))
-        });
-        moment / sum
+        let shares: Vec<f32> = logits.iter().map(|logit| libm::expf(logit - most)).collect();
+        let sum: f32 = shares.iter().sum();
+        let average = |of: &dyn Fn(f32) -> f32| {
+            shares.iter().enumerate().map(|(bin, share)| share * of(centre(bin, bins))).sum::<f32>() / sum
+        };
+        let mean = average(&|value| value);
+        [mean, average(&|value| (value - mean) * (value - mean))]
     };
-    logits.chunks(bins).map(mean).collect()
+    logits.chunks(bins).map(moments).collect()
 }
 
 #[cfg(test)]
@@ -65,8 +67,15 @@ mod tests {
         let logits = [50.0, 0.0, 0.0, 20.0, -20.0, 20.0, 0.0, two, three];
         let wanted = [-1.1, 0.0, 1.1 / 3.0];
         let told = numbers(means(tensor(&logits, [1, 9]), 3));
-        for (found, wanted) in told.iter().chain(&means_of(&logits, 3)).zip(wanted.iter().cycle()) {
+        let moments = moments_of(&logits, 3);
+        for (found, wanted) in
+            told.into_iter().chain(moments.iter().map(|it| it[0])).zip(wanted.iter().cycle())
+        {
             assert!((found - wanted).abs() < 1e-6, "{found} {wanted}");
+        }
+        let variances = [0.0, 1.21, 1.21 * (4.0 / 6.0 - 1.0 / 9.0)];
+        for (moment, wanted) in moments.iter().zip(variances) {
+            assert!((moment[1] - wanted).abs() < 1e-6, "{moment:?} {wanted}");
         }
     }
 

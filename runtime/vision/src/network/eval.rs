@@ -8,7 +8,7 @@ use crate::dataset::Tags;
 use crate::image::{Frame, Image};
 use crate::measure::{Answer, Evaluation, evaluate};
 use crate::pose::PoseQ;
-use crate::reliability::Reliability;
+use crate::reliability::{Fix, Reliability};
 use crate::trials::{Split, TrialsConfig};
 
 /// Trials whose images retrieval knows: three of each lighting and kind of path.
@@ -89,7 +89,10 @@ pub fn reliability(
         let trial = trials.trial(Split::HeldOut, number)?;
         let errors = |frames: Vec<usize>| -> Result<Vec<[f64; 3]>, NetworkError> {
             let frames: Vec<Frame> = frames.into_iter().map(|frame| trial.frame(frame)).collect();
-            Ok(answers(localiser, &trial.tags, &frames)?.iter().map(error).collect())
+            let (poses, images): (Vec<PoseQ>, Vec<Image>) =
+                frames.into_iter().map(|frame| (frame.pose, frame.image)).unzip();
+            let estimates = localiser.estimate(&images)?;
+            Ok(poses.iter().zip(&estimates).map(|(&truth, estimate)| error(truth, estimate)).collect())
         };
         let now: Vec<usize> = trials.frames(&trial).collect();
         let later = now.iter().filter_map(|&frame| trial.later(frame, next_s));
@@ -100,9 +103,10 @@ pub fn reliability(
     Ok(Reliability::of(&runs))
 }
 
-/// How far a planar robot's x and y (m) and heading (rad) are told off.
-fn error(answer: &Answer) -> [f64; 3] {
-    let (told, truth) = (answer.estimate.planar(), answer.truth.planar());
-    let turn = libm::remainder(told.heading_rad - truth.heading_rad, std::f64::consts::TAU);
-    [told.x_m - truth.x_m, told.y_m - truth.y_m, turn]
+/// How far a planar robot's x, y and heading are told off, over the spreads.
+fn error(truth: PoseQ, estimate: &Estimate) -> [f64; 3] {
+    let (truth, Fix { pose: [x, y, heading], spread }) = (truth.planar(), estimate.fix());
+    let turn = libm::remainder(heading - truth.heading_rad, std::f64::consts::TAU);
+    let off = [x - truth.x_m, y - truth.y_m, turn];
+    std::array::from_fn(|k| off[k] / spread[k])
 }

@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::bins::means_of;
+use super::bins::moments_of;
 use crate::pose::{PoseQ, Quaternion};
+use crate::reliability::Fix;
 
 /// How an orientation is written as numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -46,13 +47,27 @@ pub struct PoseHead {
     pub landmarks_m: Vec<[f64; 2]>,
 }
 
+/// Distributions may be told with more confidence than numbers can hold.
+const LEAST_SPREAD: f64 = 1e-9;
+
 /// What a network tells of an image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
     /// Of the camera.
     pub pose: PoseQ,
+    /// Variances of the distributions that tell x and y (m²) and the heading (rad²), if there are any.
+    pub variance: Option<[f64; 3]>,
     /// Distance to each landmark, seen from above.
     pub landmarks_m: Vec<f64>,
+}
+
+impl Estimate {
+    /// Of the robot below the camera. Errors were found to grow with the variances that come with them, not with their roots.
+    pub fn fix(&self) -> Fix {
+        let pose = self.pose.planar();
+        let spread = self.variance.unwrap_or([1.0; 3]).map(|variance| variance.max(LEAST_SPREAD));
+        Fix { pose: [pose.x_m, pose.y_m, pose.heading_rad], spread }
+    }
 }
 
 impl PoseHead {
@@ -131,8 +146,12 @@ impl PoseHead {
 
     /// What a network's numbers say; missing ones count as 0.
     pub fn decode(&self, numbers: &[f32]) -> Estimate {
-        let outputs = if self.bins == 1 { numbers.to_vec() } else { means_of(numbers, self.bins) };
-        let output = |column: usize| outputs.get(column).map_or(0.0, |&value| f64::from(value));
+        let moments = match self.bins {
+            1 => numbers.iter().map(|&number| [number, 0.0]).collect(),
+            bins => moments_of(numbers, bins),
+        };
+        let moment = |column: usize, which: usize| moments.get(column).map_or(0.0, |it| f64::from(it[which]));
+        let output = |column: usize| moment(column, 0);
         let quaternion = match self.orientation {
             Orientation::Heading => about_z(libm::atan2(output(2), output(3))).after(self.mount.quaternion),
             Orientation::Quaternion => {
@@ -141,10 +160,29 @@ impl PoseHead {
         };
         let position_m = [grown(output(0), self.x_m), grown(output(1), self.y_m), self.mount.position_m[2]];
         let distance = |column: usize| grown(output(column), self.reach_m());
+        let square = |[low, high]: [f64; 2]| (high - low) * (high - low) / 4.0;
         Estimate {
             pose: PoseQ { position_m, quaternion },
+            variance: (self.bins > 1).then(|| {
+                [moment(0, 1) * square(self.x_m), moment(1, 1) * square(self.y_m), self.of_heading(&moments)]
+            }),
             landmarks_m: self.columns(Part::Landmarks).map(distance).collect(),
         }
+    }
+
+    /// The variance of the heading, rad², to first order in those of the outputs.
+    fn of_heading(&self, moments: &[[f32; 2]]) -> f64 {
+        // Of a turn by δ each output changes by its slope times δ.
+        let [a, b, c, d] = std::array::from_fn(|k| moments.get(2 + k).map_or(0.0, |it| f64::from(it[0])));
+        let slopes = match self.orientation {
+            Orientation::Heading => [b, -a, 0.0, 0.0],
+            Orientation::Quaternion => [-d / 2.0, -c / 2.0, b / 2.0, a / 2.0],
+        };
+        let length = slopes.iter().map(|slope| slope * slope).sum::<f64>();
+        let variances = moments.iter().skip(2).map(|it| f64::from(it[1]));
+        let spread =
+            slopes.iter().zip(variances).map(|(slope, variance)| slope * slope * variance).sum::<f64>();
+        if length > 0.0 { spread / (length * length) } else { 0.0 }
     }
 
     /// Whether all its numbers are of use.
@@ -209,13 +247,44 @@ mod tests {
                 assert!(
                     outputs[..head.columns(Part::Landmarks).start].iter().all(|value| value.abs() <= 1.0)
                 );
-                let Estimate { pose: found, landmarks_m } = head.decode(&outputs);
+                let Estimate { pose: found, landmarks_m, variance } = head.decode(&outputs);
+                assert_eq!(variance, None);
                 assert!(found.quaternion.angle_rad(pose.quaternion) < 1e-6, "{orientation:?}");
                 for axis in 0..3 {
                     assert!((found.position_m[axis] - pose.position_m[axis]).abs() < 1e-6);
                 }
                 let away = libm::hypot(pose.position_m[0] - 1.0, pose.position_m[1] + 1.0);
                 assert!((landmarks_m[0] - away).abs() < 1e-5, "{landmarks_m:?} {away}");
+            }
+        }
+    }
+
+    /// Logits of narrow Gaussians around what an image means: the variances are theirs, and of the heading that of the turn
+    /// by which the outputs are off.
+    #[test]
+    fn variances_are_those_of_the_distributions_told() {
+        for (orientation, of_heading) in [(Orientation::Heading, 1.0_f64), (Orientation::Quaternion, 4.0)] {
+            let bins = 64;
+            let head = PoseHead::of(&poses(), &[[1.0, -1.0]], orientation, bins).unwrap();
+            let (deviation, width) = (0.1_f64, 2.2 / (bins - 1) as f64);
+            for pose in poses().into_iter().take(9) {
+                let logits: Vec<f32> = head
+                    .encode(&pose)
+                    .into_iter()
+                    .flat_map(|mean| {
+                        let away = move |bin| (-1.1 + width * f64::from(bin) - f64::from(mean)) / deviation;
+                        (0..bins as i32).map(move |bin| (-0.5 * away(bin) * away(bin)) as f32)
+                    })
+                    .collect();
+                let told = head.decode(&logits);
+                let half = |[low, high]: [f64; 2]| (high - low) / 2.0;
+                let wanted = [half(head.x_m), half(head.y_m), of_heading.sqrt()];
+                for (found, wanted) in told.variance.unwrap().into_iter().zip(wanted) {
+                    let ratio = found / (deviation * wanted).powi(2);
+                    assert!((0.6..1.05).contains(&ratio), "{orientation:?} {ratio}");
+                }
+                let Fix { pose: fix, spread } = told.fix();
+                assert_eq!((fix[2], spread), (told.pose.planar().heading_rad, told.variance.unwrap()));
             }
         }
     }
