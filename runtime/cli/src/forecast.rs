@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use mpgx_study::storage::RealDisk;
-use mpgx_study::{Cell, Part, cells, estimate, load, seconds};
+use mpgx_study::{Part, Todo, cells, estimate, load, seconds};
 
 use crate::bytes::Bytes;
 use crate::failure::Failure;
@@ -23,23 +23,23 @@ pub fn of(parts: &[&Part], folder: &Path, threads: usize) -> Result<Forecast, Fa
     let (mut memory, mut disk, mut room, mut time_s) = (0.0f64, 0.0, 0.0f64, 0.0);
     for part in parts {
         let (plan, into) = (&part.plan, folder.join(&part.folder));
-        let planned = cells(plan)?;
+        let planned = cells(plan)?.len();
         let _ = writeln!(
             out,
             "{}: {} of {}; {}; into {}",
             name(part),
             plural(plan.seeds, "seed"),
             plan.learners.iter().map(|learner| learner.label.as_str()).collect::<Vec<_>>().join(", "),
-            plural(planned.len(), "cell"),
+            plural(planned, "cell"),
             into.display()
         );
-        all += planned.len();
-        let todo = unfinished(planned, &into);
+        all += planned;
+        let todo = Todo::of(plan, load(&RealDisk::new(&into)).ok().as_ref())?;
         let it = estimate(plan, &todo, threads)?;
-        if todo.is_empty() {
+        if todo.cells.is_empty() {
             continue;
         }
-        left += todo.len();
+        left += todo.cells.len();
         (steps, updates) = (steps + it.steps, updates + it.updates);
         room = room.max(disk + it.most_disk_bytes);
         disk += it.disk_bytes;
@@ -72,12 +72,6 @@ pub fn name(part: &Part) -> String {
         "" => part.plan.name.clone(),
         variant => format!("{}, variant {variant}", part.plan.name),
     }
-}
-
-/// The cells without a record in a study's folder; all of them if it holds none.
-fn unfinished(planned: Vec<Cell>, folder: &Path) -> Vec<Cell> {
-    let Ok(study) = load(&RealDisk::new(folder)) else { return planned };
-    planned.into_iter().filter(|cell| !study.records.contains_key(&cell.id)).collect()
 }
 
 fn plural(count: usize, thing: &str) -> String {

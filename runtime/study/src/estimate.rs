@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use mpgx_lang::plan::Plan;
+use mpgx_lang::plan::{Plan, Protocol};
 use mpgx_sim::{EpisodeKey, Task};
 
-use crate::cell::{Cell, Role};
+use crate::cell::{Cell, Role, cells};
 use crate::error::StudyError;
 use crate::evaluation::{Driver, RECORDED, evaluate};
+use crate::folder::Study;
+use crate::localisers::{self, Time};
 use crate::run::REPORTING_MASTER;
 use crate::team;
 use crate::training::Trainer;
@@ -22,7 +24,29 @@ const LOOK: Duration = Duration::from_millis(200);
 /// Held-out episodes that are looked at.
 const LOOKED_AT: usize = 16;
 
-/// What cells take at most; episodes that end early take less.
+/// What is left to do of a study.
+#[derive(Clone, Debug, Default)]
+pub struct Todo {
+    pub cells: Vec<Cell>,
+    /// Networks that are to be trained, by their places in the Plan.
+    pub networks: Vec<usize>,
+}
+
+impl Todo {
+    /// Of a Plan whose finished part, if there is any, was loaded from its folder.
+    pub fn of(plan: &Plan, finished: Option<&Study>) -> Result<Todo, StudyError> {
+        let mut cells = cells(plan)?;
+        cells.retain(|cell| finished.is_none_or(|study| !study.records.contains_key(&cell.id)));
+        let is_trained = |number: &usize| {
+            let name = plan.localisers.get(*number).map(|localiser| localiser.name.as_str());
+            finished.zip(name).is_some_and(|(study, name)| study.localisers.contains_key(name))
+        };
+        let networks = localisers::networks(plan).filter(|number| !is_trained(number)).collect();
+        Ok(Todo { cells, networks })
+    }
+}
+
+/// What cells and networks take at most; episodes that end early take less.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
     pub cells: usize,
@@ -47,8 +71,9 @@ struct OfCell {
     finished: f64,
 }
 
-/// What these cells of a Plan take, `threads` of them side by side.
-pub fn estimate(plan: &Plan, cells: &[Cell], threads: usize) -> Result<Estimate, StudyError> {
+/// What is left of a Plan takes, `threads` cells side by side and the networks one after the other beside them.
+pub fn estimate(plan: &Plan, todo: &Todo, threads: usize) -> Result<Estimate, StudyError> {
+    let cells = &todo.cells;
     let worlds = Worlds::new(plan)?;
     let held_out: f64 = (plan.protocols.iter())
         .zip(&worlds.held_out)
@@ -68,9 +93,16 @@ pub fn estimate(plan: &Plan, cells: &[Cell], threads: usize) -> Result<Estimate,
         memory = memory.max(of.memory);
         unfinished = unfinished.max(of.unfinished);
     }
-    // The report is made of all records at once.
-    sum.memory_bytes = PROGRAM + (side_by_side * (memory + held_out)).max(3.0 * records);
     sum.most_disk_bytes = sum.disk_bytes + side_by_side * unfinished;
+    let mut of_networks = 0.0f64;
+    for &number in &todo.networks {
+        let size = localisers::size(plan, number)?;
+        of_networks = of_networks.max(size.memory);
+        sum.disk_bytes += size.file;
+        sum.most_disk_bytes += size.most_file;
+    }
+    // The report is made of all records at once.
+    sum.memory_bytes = PROGRAM + (side_by_side * (memory + held_out) + of_networks).max(3.0 * records);
     Ok(sum)
 }
 
@@ -114,17 +146,43 @@ fn held_out_bytes(task: &Task, episodes: usize) -> f64 {
     episodes as f64 * (24.0 + 8.0 * terms) + trajectory * episodes.min(RECORDED as usize) as f64
 }
 
-/// Seconds that these cells take on this machine, `threads` of them side by side: a short look at training and
-/// evaluation, which another look may contradict.
-pub fn seconds(plan: &Plan, cells: &[Cell], threads: usize) -> Result<f64, StudyError> {
+/// Seconds that what is left takes on this machine, `threads` cells side by side: a short look at training and evaluation,
+/// which another look may contradict.
+pub fn seconds(plan: &Plan, todo: &Todo, threads: usize) -> Result<f64, StudyError> {
     let worlds = Worlds::new(plan)?;
     let mut all = 0.0;
-    for learner in learners(cells) {
+    for learner in learners(&todo.cells) {
         let trainer = Trainer::new(&worlds.training, &plan.stages, learner[0], REPORTING_MASTER)?;
         all += learner.len() as f64 * look(plan, &worlds, trainer);
     }
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    Ok(all / threads.min(cells.len()).clamp(1, cores) as f64)
+    let side_by_side = threads.min(todo.cells.len()).clamp(1, cores) as f64;
+    let (mut training, mut rendering, mut looking) = (0.0, 0.0, 0.0);
+    for number in localisers::networks(plan) {
+        let time = localisers::time(plan, number)?;
+        if todo.networks.contains(&number) {
+            training += time.training;
+            rendering += time.rendering;
+        }
+        looking += todo.cells.len() as f64 * in_rooms(plan, number, time);
+    }
+    if training == 0.0 {
+        return Ok((all + looking) / side_by_side);
+    }
+    // Networks are trained one after the other, while cells are trained and images are made on what cores there are.
+    Ok(training.max((training + rendering + all) / cores as f64) + looking / side_by_side)
+}
+
+/// What looking around adds to one cell's evaluations.
+fn in_rooms(plan: &Plan, network: usize, time: Time) -> f64 {
+    let of = |protocol: &Protocol| {
+        let world = protocol.world.as_deref().unwrap_or(&plan.world);
+        let groups = world.localised.iter().filter(|localised| localised.via == network);
+        let robots = groups.filter_map(|localised| world.groups.get(localised.group)).map(|group| group.size);
+        let looks = world.horizon * robots.sum::<usize>();
+        if looks > 0 { protocol.episodes as f64 * (time.room + looks as f64 * time.look) } else { 0.0 }
+    };
+    plan.protocols.iter().map(of).sum()
 }
 
 /// Of one cell. What fails here will fail in the run, where it is told.
@@ -157,12 +215,11 @@ fn look(plan: &Plan, worlds: &Worlds, mut trainer: Trainer) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cell::cells;
     use crate::storage::{SimulatedDisk, Storage};
     use crate::tests::sample;
 
     fn of(plan: &Plan, threads: usize) -> Estimate {
-        estimate(plan, &cells(plan).unwrap(), threads).unwrap()
+        estimate(plan, &Todo::of(plan, None).unwrap(), threads).unwrap()
     }
 
     /// Thirty steps a cell; mini-batches of three need three steps, or two of two robots.
@@ -172,9 +229,10 @@ mod tests {
         assert_eq!((it.cells, it.steps, it.updates), (5, 4 * 30, 4 * 28));
         let it = of(&sample::shared(), 2);
         assert_eq!((it.cells, it.steps, it.updates), (5, 4 * 30, 4 * 29));
-        let todo = &cells(&sample::plan()).unwrap()[..1];
-        assert_eq!(estimate(&sample::plan(), todo, 2).unwrap().steps, 30);
-        assert!(seconds(&sample::plan(), todo, 2).unwrap() > 0.0);
+        let mut todo = Todo::of(&sample::plan(), None).unwrap();
+        todo.cells.truncate(1);
+        assert_eq!(estimate(&sample::plan(), &todo, 2).unwrap().steps, 30);
+        assert!(seconds(&sample::plan(), &todo, 2).unwrap() > 0.0);
     }
 
     /// A study without its report and its small text files.

@@ -40,7 +40,7 @@ mod worlds;
 pub use between::{Meeting, between};
 pub use cell::{Cell, CellId, Role, cells};
 pub use error::StudyError;
-pub use estimate::{Estimate, estimate, seconds};
+pub use estimate::{Estimate, Todo, estimate, seconds};
 pub use film::film;
 pub use folder::{Study, load, read_policy};
 pub use hash::study_hash;

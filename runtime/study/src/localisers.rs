@@ -28,15 +28,11 @@ const RECORD: Kind = Kind { magic: *b"mpgx-loc", format: 3 };
 /// Checks what can be checked before anything is written.
 pub(crate) fn check(plan: &Plan) -> Result<(), StudyError> {
     check_names("localisers", plan.localisers.iter().map(|localiser| (&localiser.name, &localiser.at)))?;
-    for (number, localiser) in plan.localisers.iter().enumerate() {
+    for localiser in &plan.localisers {
         let wrong = |cause: String| StudyError::Plan { cause, at: localiser.at.clone() };
-        if pose_noise(&localiser.what).map_err(|why| wrong(why.to_string()))?.is_none()
-            && is_used(plan, number)
-        {
-            check_network(plan, number)?;
-        }
+        pose_noise(&localiser.what).map_err(|why| wrong(why.to_string()))?;
     }
-    Ok(())
+    networks(plan).try_for_each(|number| check_network(plan, number))
 }
 
 #[cfg(feature = "vision")]
@@ -51,6 +47,34 @@ fn check_network(plan: &Plan, number: usize) -> Result<(), StudyError> {
          `cargo build --release --features vision`"
     );
     Err(StudyError::Plan { cause, at: localiser.map(|localiser| localiser.at.clone()).unwrap_or_default() })
+}
+
+/// What a network takes while it is trained, bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Size {
+    pub memory: f64,
+    /// On disk, when it is trained and at most.
+    pub file: f64,
+    pub most_file: f64,
+}
+
+/// What a network takes, s: a short look, which another look may contradict.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Time {
+    /// Its training, and beside it making the images.
+    pub training: f64,
+    pub rendering: f64,
+    /// In an evaluation: a room, and each look around in it.
+    pub room: f64,
+    pub look: f64,
+}
+
+/// The networks that evaluations need, by their places in the Plan.
+pub(crate) fn networks(plan: &Plan) -> impl Iterator<Item = usize> {
+    (0..plan.localisers.len()).filter(|&number| {
+        let localiser = plan.localisers.get(number);
+        is_used(plan, number) && localiser.is_some_and(|it| matches!(pose_noise(&it.what), Ok(None)))
+    })
 }
 
 /// Makes every localiser that is used ready; `None` if it was interrupted meanwhile.
@@ -76,6 +100,19 @@ pub(crate) fn prepare(
         });
     }
     Ok(Some(tellers))
+}
+
+#[cfg(feature = "vision")]
+pub(crate) use train::{size, time};
+
+#[cfg(not(feature = "vision"))]
+pub(crate) fn size(plan: &Plan, number: usize) -> Result<Size, StudyError> {
+    check_network(plan, number).map(|()| Size::default())
+}
+
+#[cfg(not(feature = "vision"))]
+pub(crate) fn time(plan: &Plan, number: usize) -> Result<Time, StudyError> {
+    check_network(plan, number).map(|()| Time::default())
 }
 
 #[cfg(feature = "vision")]

@@ -8,7 +8,7 @@ use mpgx_vision::declared::{camera_config, train_config, world_config};
 use mpgx_vision::network::{self, Estimate, HeldOut, NetworkError, Source, TrainConfig, Weights, held_out};
 use mpgx_vision::{Fix, Image, Reliability, ScatterConfig, TrajectoryConfig, TrialsConfig};
 
-use super::{RECORD, belongs_to, read_record, record_path, worlds};
+use super::{RECORD, Size, Time, belongs_to, read_record, record_path, worlds};
 use crate::error::StudyError;
 use crate::hash::Identity;
 use crate::progress::Progress;
@@ -22,11 +22,12 @@ use crate::storage::{Storage, StorageError};
 const KEEP_STEPS: u64 = 100;
 /// Held-out trials: each lighting with each kind of path and with none.
 const HELD_OUT: u32 = 12;
+/// Of a record, bytes: all errors on held-out trials (measured).
+const MEASURES: f64 = 900e3;
 
 pub(super) fn check(plan: &Plan, number: usize) -> Result<(), StudyError> {
     let Some(localiser) = plan.localisers.get(number) else { return Ok(()) };
-    let trials = trials(plan, number, 0)?;
-    train_config(&localiser.what, trials.camera.width_px).map_err(|why| wrong(localiser, &why))?;
+    let (_, trials) = configured(plan, localiser, number, 0)?;
     trials.check().map_err(|why| wrong(localiser, &why))
 }
 
@@ -39,9 +40,7 @@ pub(super) fn network(
     progress: &dyn Progress,
 ) -> Result<Option<Teller>, StudyError> {
     let Some(localiser) = plan.localisers.get(number) else { return Ok(None) };
-    let trials = trials(plan, number, options.master)?;
-    let config =
-        train_config(&localiser.what, trials.camera.width_px).map_err(|why| wrong(localiser, &why))?;
+    let (config, trials) = configured(plan, localiser, number, options.master)?;
     let path = format!("localisers/{}/network.safetensors", localiser.name);
     let kept = kept(storage, &path, progress)?;
     if let Some(weights) = &kept
@@ -66,6 +65,41 @@ pub(super) fn network(
     storage.write_atomic(&record_path(localiser), &sealed)?;
     progress.localiser_finished(&record);
     Ok(Some(Teller::Eyes(Box::new(teller), record.reliability)))
+}
+
+pub(crate) fn size(plan: &Plan, number: usize) -> Result<Size, StudyError> {
+    let Some(localiser) = plan.localisers.get(number) else { return Ok(Size::default()) };
+    let (config, trials) = configured(plan, localiser, number, 0)?;
+    let network::Size { memory, file, most_file, .. } = network::size(&config, &trials);
+    let [memory, file, most_file] = [memory, file, most_file].map(|bytes| bytes as f64);
+    Ok(Size { memory, file: file + MEASURES, most_file: most_file + MEASURES })
+}
+
+pub(crate) fn time(plan: &Plan, number: usize) -> Result<Time, StudyError> {
+    let Some(localiser) = plan.localisers.get(number) else { return Ok(Time::default()) };
+    let (config, trials) = configured(plan, localiser, number, 0)?;
+    let cost = network::cost(&config, &trials).map_err(|why| wrong(localiser, &why))?;
+    let images = config.steps as f64 * config.batch as f64 / trials.passes as f64;
+    let trial_s = cost.trial_s / trials.images as f64;
+    Ok(Time {
+        training: config.steps as f64 * cost.step_s,
+        rendering: images * (cost.image_s + trial_s),
+        room: cost.trial_s,
+        look: cost.image_s + cost.answer_s,
+    })
+}
+
+/// How a network is trained, and on what.
+fn configured(
+    plan: &Plan,
+    localiser: &Localiser,
+    number: usize,
+    master: u64,
+) -> Result<(TrainConfig, TrialsConfig), StudyError> {
+    let trials = trials(plan, number, master)?;
+    let config =
+        train_config(&localiser.what, trials.camera.width_px).map_err(|why| wrong(localiser, &why))?;
+    Ok((config, trials))
 }
 
 /// What an earlier run left; a file that is no network is passed over.

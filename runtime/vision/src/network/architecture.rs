@@ -108,6 +108,30 @@ impl ResNetConfig {
         stages.collect()
     }
 
+    /// Numbers that its layers tell of one image before the last: what each convolution, normalisation and rectifier gives.
+    pub(crate) fn features(&self) -> usize {
+        let halved = |count: usize| count.div_ceil(2);
+        let (mut width, mut height) = (self.width_px, self.height_px);
+        if self.stem == Stem::Standard {
+            (width, height) = (halved(width), halved(height));
+        }
+        let mut sum = 3 * self.channels * width * height;
+        if self.stem == Stem::Standard {
+            (width, height) = (halved(width), halved(height));
+        }
+        for block in self.stages().iter().flatten() {
+            let before = width * height;
+            if block.stride == 2 {
+                (width, height) = (halved(width), halved(height));
+            }
+            let (after, bottleneck) = (width * height, block.bottleneck);
+            let first = if bottleneck { before } else { after };
+            sum += 3 * block.inner * (first + if bottleneck { after } else { 0 }) + 3 * block.to * after;
+            sum += if block.resizes() { 2 * block.to * after } else { 0 };
+        }
+        sum
+    }
+
     /// All tensors, in the order in which a visitor of the network meets them.
     pub(crate) fn layout(&self, outputs: usize) -> Vec<Slot> {
         let mut layout = Layout::default();

@@ -3,6 +3,7 @@
 mod adam;
 mod architecture;
 mod bins;
+mod cost;
 mod error;
 mod eval;
 mod feed;
@@ -18,6 +19,7 @@ mod train;
 mod weights;
 
 pub use architecture::{ResNetConfig, Stem};
+pub use cost::{Cost, Size, cost, size};
 pub use error::NetworkError;
 pub use eval::{HeldOut, answers, held_out, reliability};
 pub use images::{ImageSet, Source, SourceRecord};
