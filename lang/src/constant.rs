@@ -158,17 +158,108 @@ mod tests {
         assert_eq!(known.number(&Expr::Param(7)), None);
     }
 
+    /// By hand, with numbers that tell each operator from every other. `mod` is never negative; a quarter turn turns left.
     #[test]
-    fn mod_is_never_negative_and_a_quarter_turn_turns_left() {
-        assert_eq!(
-            call(Function::Mod, &[Constant::Number(-1.0), Constant::Number(4.0)]),
-            Some(Constant::Number(3.0))
-        );
-        let quarter = Constant::Number(std::f64::consts::FRAC_PI_2);
-        let Some(Constant::Vector(x, y)) = call(Function::Rotate, &[Constant::Vector(1.0, 0.0), quarter])
-        else {
-            panic!("a vector");
+    fn operators_and_functions_mean_what_they_do_in_mathematics() {
+        use Constant::{Number, Truth, Vector};
+        use std::f64::consts::{FRAC_PI_2, LN_2, SQRT_2};
+        let (three, four) = (Number(3.0), Number(4.0));
+        let (a, b) = (Vector(3.0, 4.0), Vector(-1.0, 5.0));
+        let (yes, no) = (Truth(true), Truth(false));
+        for (op, left, right, wanted) in [
+            (BinaryOp::Add, three, four, Number(7.0)),
+            (BinaryOp::Sub, three, four, Number(-1.0)),
+            (BinaryOp::Mul, three, four, Number(12.0)),
+            (BinaryOp::Div, three, four, Number(0.75)),
+            (BinaryOp::Pow, three, four, Number(81.0)),
+            (BinaryOp::Add, a, b, Vector(2.0, 9.0)),
+            (BinaryOp::Sub, a, b, Vector(4.0, -1.0)),
+            (BinaryOp::Mul, a, three, Vector(9.0, 12.0)),
+            (BinaryOp::Mul, three, a, Vector(9.0, 12.0)),
+            (BinaryOp::Div, a, Number(2.0), Vector(1.5, 2.0)),
+        ] {
+            assert_eq!(binary(op, left, right), Some(wanted), "{op:?} {left:?} {right:?}");
+        }
+        // Of 3 and 4, 4 and 3, 3 and 3.
+        for (op, wanted) in [
+            (BinaryOp::Less, [true, false, false]),
+            (BinaryOp::LessEq, [true, false, true]),
+            (BinaryOp::Greater, [false, true, false]),
+            (BinaryOp::GreaterEq, [false, true, true]),
+            (BinaryOp::Equal, [false, false, true]),
+            (BinaryOp::NotEqual, [true, true, false]),
+        ] {
+            let pairs = [(three, four), (four, three), (three, three)];
+            assert_eq!(
+                pairs.map(|(a, b)| binary(op, a, b)),
+                wanted.map(|truth| Some(Truth(truth))),
+                "{op:?}"
+            );
+        }
+        let pairs = [(yes, yes), (yes, no), (no, yes), (no, no)];
+        let all = |op| pairs.map(|(a, b)| binary(op, a, b) == Some(yes));
+        assert_eq!(all(BinaryOp::And), [true, false, false, false]);
+        assert_eq!(all(BinaryOp::Or), [true, true, true, false]);
+        assert_eq!(binary(BinaryOp::Add, three, yes), None);
+
+        for (function, args, wanted) in [
+            (Function::Norm, vec![a], Number(5.0)),
+            (Function::Abs, vec![Number(-3.0)], three),
+            (Function::X, vec![a], three),
+            (Function::Y, vec![a], four),
+            (Function::Dot, vec![a, b], Number(17.0)),
+            (Function::Cross, vec![a, b], Number(19.0)),
+            (Function::Rotate, vec![a, Number(FRAC_PI_2)], Vector(-4.0, 3.0)),
+            (Function::Rotate, vec![a, Number(FRAC_PI_2 / 2.0)], Vector(-1.0 / SQRT_2, 7.0 / SQRT_2)),
+            (Function::Unit, vec![a], Vector(0.6, 0.8)),
+            (Function::Unit, vec![Vector(0.0, 0.0)], Vector(0.0, 0.0)),
+            (Function::Sqrt, vec![four], Number(2.0)),
+            (Function::Sin, vec![Number(FRAC_PI_2 / 3.0)], Number(0.5)),
+            (Function::Cos, vec![Number(2.0 * FRAC_PI_2 / 3.0)], Number(0.5)),
+            (Function::Tan, vec![Number(FRAC_PI_2 / 2.0)], Number(1.0)),
+            (Function::Atan2, vec![Number(1.0), Number(0.0)], Number(FRAC_PI_2)),
+            (Function::Exp, vec![Number(LN_2)], Number(2.0)),
+            (Function::Ln, vec![Number(2.0)], Number(LN_2)),
+            (Function::Tanh, vec![Number(LN_2)], Number(0.6)),
+            (Function::Floor, vec![Number(-1.5)], Number(-2.0)),
+            (Function::Mod, vec![Number(-1.0), four], three),
+            (Function::Mod, vec![Number(9.0), four], Number(1.0)),
+            (Function::Sign, vec![three], Number(1.0)),
+            (Function::Sign, vec![Number(-3.0)], Number(-1.0)),
+            (Function::Sign, vec![Number(0.0)], Number(0.0)),
+            (Function::Min, vec![three, four], three),
+            (Function::Max, vec![three, four], four),
+            (Function::Clamp, vec![Number(5.0), three, four], four),
+            (Function::Clamp, vec![Number(2.0), three, four], three),
+        ] {
+            let numbers = |constant: Option<Constant>| match constant {
+                Some(Number(x)) => [x, 0.0],
+                Some(Vector(x, y)) => [x, y],
+                _ => [f64::NAN; 2],
+            };
+            let (found, wanted) = (call(function, &args), Some(wanted));
+            let near = numbers(found).iter().zip(numbers(wanted)).all(|(a, b)| (a - b).abs() < 1e-15);
+            assert!(near, "{function:?} {args:?}: {found:?}");
+        }
+    }
+
+    /// Numbers of elements begin at 1; those beyond the ends give the first and the last.
+    #[test]
+    fn lists_and_choices_have_values() {
+        let known = Constants::default();
+        let list = || (1..=3).map(|it| Expr::Number(f64::from(it) * 10.0)).collect::<Vec<_>>();
+        let element = |number: f64| known.number(&Expr::Element(list(), Box::new(Expr::Number(number))));
+        assert_eq!([-1.0, 1.0, 2.5, 3.0, 9.0].map(element), [10.0, 10.0, 20.0, 30.0, 30.0].map(Some));
+        let choice = |truth| Expr::If {
+            condition: Box::new(Expr::Unary(UnaryOp::Not, Box::new(Expr::Truth(truth)))),
+            then: Box::new(Expr::Number(1.0)),
+            otherwise: Box::new(Expr::Number(2.0)),
         };
-        assert!(x.abs() < 1e-15 && (y - 1.0).abs() < 1e-15);
+        assert_eq!([true, false].map(|truth| known.number(&choice(truth))), [Some(2.0), Some(1.0)]);
+        let negative = |expr| known.value(&Expr::Unary(UnaryOp::Neg, Box::new(expr)));
+        assert_eq!(negative(Expr::Number(2.0)), Some(Constant::Number(-2.0)));
+        let vector = Expr::Vector(Box::new(Expr::Number(1.0)), Box::new(Expr::Number(-2.0)));
+        assert_eq!(known.vector(&vector), Some((1.0, -2.0)));
+        assert_eq!(negative(vector), Some(Constant::Vector(-1.0, 2.0)));
     }
 }

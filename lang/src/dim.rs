@@ -247,6 +247,12 @@ mod tests {
         assert!(found.unify(&dim(&[("A", 1, 1), ("D", 1, 1)]), &area, &generics));
         assert_eq!(found.apply(&dim(&[("A", 1, 1)]), &generics), Some(length.clone()));
 
+        assert!(!found.has_free(&dim(&[("A", 1, 1), ("length", 1, 1)]), &generics));
+        assert!(!found.has_free(&dim(&[("B", 1, 1)]), &generics));
+        let nothing = Substitution::default();
+        assert!(nothing.has_free(&dim(&[("length", 1, 1), ("D", 1, 1)]), &generics));
+        assert!(!nothing.has_free(&dim(&[("length", 1, 1)]), &generics));
+
         // Two free variables at once cannot be told apart.
         assert!(!Substitution::default().unify(&dim(&[("A", 1, 1), ("D", 1, 1)]), &area, &generics));
         // The caller's own variable of the same name is another one.

@@ -319,6 +319,10 @@ fn size_and_depth_are_bounded() {
     assert_eq!(lets("-k_c * a60", doubling(60)), ["too-large"]);
     let terms = each(500, &|k| format!("-k_c * a15\n t{k} = "));
     assert_eq!(lets(&(terms + "-k_c"), doubling(15))[0], "too-large", "many terms share one limit");
+    let twice = |n| format!("-k_c * {}collisions(){}", "twice(".repeat(n), ")".repeat(n));
+    let function = "fn twice(x: number) -> number = x + x\n";
+    assert_eq!(lets(&twice(6), function.into()), [""; 0]);
+    assert_eq!(lets(&twice(60), function.into()), ["too-large"]);
     let chain = "let a0 = 1\n".to_owned() + &each(3000, &|k| format!("let a{} = 2 * a{k}\n", k + 1));
     assert_eq!(lets("-k_c * a3000", chain), ["too-large"]);
     let reversed = each(3000, &|k| format!("let a{k} = 2 * a{}\n", k + 1)) + "let a3000 = 1\n";

@@ -16,6 +16,7 @@ mod table;
 mod verbs;
 
 use std::io::Write;
+use std::panic::UnwindSafe;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
@@ -91,7 +92,12 @@ fn main() -> ExitCode {
         .with_writer(std::io::stderr)
         .with_env_filter(tracing_subscriber::EnvFilter::from_env("MPGX_LOG"))
         .init();
-    match std::panic::catch_unwind(|| choose_kernels().and_then(|()| run(Cli::parse().verb))) {
+    ended(|| choose_kernels().and_then(|()| run(Cli::parse().verb)))
+}
+
+/// Does it, tells what went wrong, and gives the exit code.
+fn ended(it: impl FnOnce() -> Result<Exit, Failure> + UnwindSafe) -> ExitCode {
+    match std::panic::catch_unwind(it) {
         Ok(Ok(exit)) => exit.into(),
         // It has told where and why.
         Err(_) => Exit::Internal.into(),
@@ -155,5 +161,18 @@ fn run(verb: Verb) -> Result<Exit, Failure> {
             clap_complete::generate(shell, &mut Cli::command(), "mpgx", &mut std::io::stdout());
             Ok(Exit::Done)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Seen to fail when panics are not caught.
+    #[test]
+    fn every_end_has_its_exit_code() {
+        assert_eq!(ended(|| panic!("on purpose")), ExitCode::from(70));
+        assert_eq!(ended(|| Ok(Exit::Interrupted)), ExitCode::from(75));
+        assert_eq!(ended(|| Err(Failure::new(Exit::Io, "on purpose"))), ExitCode::from(74));
     }
 }

@@ -12,6 +12,7 @@ use crate::evaluation::{Driver, RECORDED, evaluate};
 use crate::folder::Study;
 use crate::localisers::{self, Time};
 use crate::run::REPORTING_MASTER;
+use crate::sight::ROOMS_SIDE_BY_SIDE;
 use crate::team;
 use crate::training::Trainer;
 use crate::worlds::Worlds;
@@ -94,15 +95,19 @@ pub fn estimate(plan: &Plan, todo: &Todo, threads: usize) -> Result<Estimate, St
         unfinished = unfinished.max(of.unfinished);
     }
     sum.most_disk_bytes = sum.disk_bytes + side_by_side * unfinished;
-    let mut of_networks = 0.0f64;
-    for &number in &todo.networks {
+    let (mut of_networks, mut rooms) = (0.0f64, 0.0f64);
+    for number in localisers::networks(plan) {
         let size = localisers::size(plan, number)?;
-        of_networks = of_networks.max(size.memory);
-        sum.disk_bytes += size.file;
-        sum.most_disk_bytes += size.most_file;
+        rooms = rooms.max(side_by_side * ROOMS_SIDE_BY_SIDE as f64 * size.room);
+        if todo.networks.contains(&number) {
+            of_networks = of_networks.max(size.memory);
+            sum.disk_bytes += size.file;
+            sum.most_disk_bytes += size.most_file;
+        }
     }
     // The report is made of all records at once.
-    sum.memory_bytes = PROGRAM + (side_by_side * (memory + held_out) + of_networks).max(3.0 * records);
+    sum.memory_bytes =
+        PROGRAM + (side_by_side * (memory + held_out) + of_networks + rooms).max(3.0 * records);
     Ok(sum)
 }
 

@@ -49,10 +49,12 @@ fn check_network(plan: &Plan, number: usize) -> Result<(), StudyError> {
     Err(StudyError::Plan { cause, at: localiser.map(|localiser| localiser.at.clone()).unwrap_or_default() })
 }
 
-/// What a network takes while it is trained, bytes.
+/// What a network takes, bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Size {
+    /// Of memory, while it is trained and for each room that it looks around in.
     pub memory: f64,
+    pub room: f64,
     /// On disk, when it is trained and at most.
     pub file: f64,
     pub most_file: f64,

@@ -233,6 +233,14 @@ impl Scene {
 }
 
 impl WorldConfig {
+    /// Memory of a [`Scene`] in it, bytes: the texels of the room's sides and the means of four, of sixteen and so on.
+    pub fn scene_bytes(&self) -> f64 {
+        let (x, y, height) = (self.room_x_m, self.room_y_m, self.room_height_m);
+        let sides_m2 = 2.0 * (x * y + x * height + y * height);
+        let texel = std::mem::size_of::<[f32; 4]>() as f64;
+        4.0 / 3.0 * texel * sides_m2 / f64::from(TEXEL_M * TEXEL_M)
+    }
+
     pub(crate) fn check(&self) -> Result<(), ConfigError> {
         for (what, side) in
             [("the room's length along x", self.room_x_m), ("the room's length along y", self.room_y_m)]

@@ -72,7 +72,12 @@ pub(crate) fn size(plan: &Plan, number: usize) -> Result<Size, StudyError> {
     let (config, trials) = configured(plan, localiser, number, 0)?;
     let network::Size { memory, file, most_file, .. } = network::size(&config, &trials);
     let [memory, file, most_file] = [memory, file, most_file].map(|bytes| bytes as f64);
-    Ok(Size { memory, file: file + MEASURES, most_file: most_file + MEASURES })
+    Ok(Size {
+        memory,
+        room: trials.world.scene_bytes(),
+        file: file + MEASURES,
+        most_file: most_file + MEASURES,
+    })
 }
 
 pub(crate) fn time(plan: &Plan, number: usize) -> Result<Time, StudyError> {
