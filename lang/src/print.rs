@@ -141,8 +141,8 @@ fn stage(it: &StageDecl) -> String {
     let mut text = block(&head, it.settings.iter().map(assignment));
     if let Some(until) = &it.until {
         let side = if until.below { "<" } else { ">" };
-        text += &format!(" until {} {side} {}", until.measure.node, expr(&until.bound));
-        text += &until.over.as_ref().map(|over| format!(" over {}", expr(over))).unwrap_or_default();
+        text += &format!(" until {} {side} {}", until.measure.node, before_word(&until.bound));
+        text += &until.over.as_ref().map(|over| format!(" over {}", before_word(over))).unwrap_or_default();
     }
     text + &it.within.as_ref().map(|within| format!(" within {}", expr(within))).unwrap_or_default()
 }
@@ -158,7 +158,7 @@ fn axis(it: &Axis) -> String {
 fn test_step(step: &TestStep) -> String {
     match step {
         TestStep::Place { agent, at } => format!("place {} at {}", expr(agent), expr(at)),
-        TestStep::Turn { agent, to } => format!("turn {} to {}", expr(agent), expr(to)),
+        TestStep::Turn { agent, to } => format!("turn {} to {}", before_word(agent), expr(to)),
         TestStep::Steer { agent, at } => format!("steer {} at {}", expr(agent), expr(at)),
         TestStep::Step(steps) => format!("step {}", expr(steps)),
         TestStep::Check { condition, tolerance, .. } => {
@@ -169,9 +169,14 @@ fn test_step(step: &TestStep) -> String {
 }
 
 /// A formula that begins a line, where `[` would look something up in the line before.
-fn entry(of: &ExprAt) -> String {
-    let text = expr(of);
+fn entry(text: String) -> String {
     if text.starts_with('[') { format!("({text})") } else { text }
+}
+
+/// A formula before a word that would be the unit of the number that it ends with.
+fn before_word(of: &ExprAt) -> String {
+    let text = expr(of);
+    if text.ends_with(|last: char| last.is_ascii_digit()) { format!("({text})") } else { text }
 }
 
 /// What stands before `[` or `.`, where a unit would not be one.
@@ -356,7 +361,7 @@ fn function(it: &FunctionDecl) -> String {
     match &it.body {
         None => text,
         Some(body) if body.lets.is_empty() => text + " = " + &expr(&body.value),
-        Some(body) => block(&text, body.lets.iter().map(let_).chain([entry(&body.value)])),
+        Some(body) => block(&text, body.lets.iter().map(let_).chain([entry(expr(&body.value))])),
     }
 }
 
@@ -374,7 +379,7 @@ fn state(it: &StateDecl) -> String {
 fn shape(it: &ShapeDecl) -> String {
     let head = format!("{}formation {}{}", doc(&it.doc), it.name.node, parameters(&it.params));
     let slots = match &it.slots {
-        ShapeSlots::List(slots) => block("slots", slots.iter().map(entry)),
+        ShapeSlots::List(slots) => block("slots", slots.iter().map(|it| entry(expr(it)))),
         ShapeSlots::Rule { number, count, value } => {
             format!("slot {} of {} = {}", number.node, count.node, expr(value))
         }
@@ -396,7 +401,8 @@ fn observation(it: &ObserveItem) -> String {
     let over = it.over.as_ref().map(|over| format!(" for {}", self::over(over)));
     let joined = if it.odometry.is_some() { " with odometry" } else { "" };
     let via = it.via.as_ref().map(|via| format!(" via {}{joined}", via.node));
-    let head = entry(&it.value) + &over.or(via).unwrap_or_default();
+    let value = if via.is_some() { before_word(&it.value) } else { expr(&it.value) };
+    let head = entry(value) + &over.or(via).unwrap_or_default();
     if it.settings.is_empty() { head } else { block(&head, it.settings.iter().map(assignment)) }
 }
 
@@ -439,6 +445,18 @@ mod tests {
             "fn f<A>(x: A^(1/2) = 2%) -> A { let a = b\n(a, -a) }\nuse b.c\nexpect a beats b on c.d at 95%",
         ];
         for text in MODULES.iter().map(|(_, text)| *text).chain(scenarios) {
+            let once = printed(text);
+            assert_eq!(printed(&once), once);
+        }
+    }
+
+    #[test]
+    fn no_word_becomes_the_unit_of_the_number_before_it() {
+        for text in [
+            "observe { (1) via a, (2 * 3) via b with odometry }",
+            "test \"a\" { turn (1) to 2 }",
+            "stage a { b = 1 } until error < (1) over (2) within 3",
+        ] {
             let once = printed(text);
             assert_eq!(printed(&once), once);
         }

@@ -27,7 +27,7 @@ fn gives(edits: &[(&str, &str)], expected: &[&str]) {
     assert_eq!(result.plan.is_none(), result.problems.has_errors(), "{text}");
     for problem in result.problems.iter() {
         assert!(problem.span().is_some(), "no place: {text}");
-        let warned = matches!(problem.code.name, "unused" | "unused-start" | "never-outside");
+        let warned = matches!(problem.code.name, "unused" | "unused-start" | "never-outside" | "place-outside");
         assert_eq!(problem.severity == Severity::Warning, warned, "{text}");
     }
 }
@@ -36,6 +36,14 @@ fn gives(edits: &[(&str, &str)], expected: &[&str]) {
 fn with(item: &str, expected: &[&str]) {
     let item = format!("{item}\nworld {{ dt");
     gives(&[("world { dt", &item)], expected);
+}
+
+/// The longer episodes of `random` show nothing new; the leader of `regular` reaches other places.
+#[test]
+fn what_several_evaluations_share_is_told_once() {
+    let arena = ("box(-2 m .. 2 m, -2 m .. 2 m)", "box(-1 m .. 1 m, -1 m .. 1 m)");
+    let longer = ("random  { episodes", "random  { world.horizon = 300 steps, episodes");
+    gives(&[arena, longer], &["place-outside", "place-outside"]);
 }
 
 const GAP: &str = "-sum(i in follower) |p[i] - F[i]|";
