@@ -443,6 +443,7 @@ mod tests {
             include_str!("../../scenarios/square_unison.scn"),
             include_str!("../../scenarios/track_random.scn"),
             "fn f<A>(x: A^(1/2) = 2%) -> A { let a = b\n(a, -a) }\nuse b.c\nexpect a beats b on c.d at 95%",
+            "sweep { a in [1, 2], (b.c, d) in [(1 m, 2)] }",
         ];
         for text in MODULES.iter().map(|(_, text)| *text).chain(scenarios) {
             let once = printed(text);

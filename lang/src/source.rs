@@ -92,6 +92,11 @@ mod tests {
     use super::*;
 
     #[test]
+    fn nothing_is_found_where_there_are_no_files() {
+        assert_eq!(NoFiles.load("a.scn"), Err("there is no file `a.scn`".to_owned()));
+    }
+
+    #[test]
     fn places_count_characters_and_lines_from_one() {
         let mut sources = Sources::default();
         let file = sources.add("a.scn", "\u{feff}é = 1\r\nb\n".to_owned());

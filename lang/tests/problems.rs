@@ -27,7 +27,8 @@ fn gives(edits: &[(&str, &str)], expected: &[&str]) {
     assert_eq!(result.plan.is_none(), result.problems.has_errors(), "{text}");
     for problem in result.problems.iter() {
         assert!(problem.span().is_some(), "no place: {text}");
-        let warned = matches!(problem.code.name, "unused" | "unused-start" | "never-outside" | "place-outside");
+        let warned =
+            matches!(problem.code.name, "unused" | "unused-start" | "never-outside" | "place-outside");
         assert_eq!(problem.severity == Severity::Warning, warned, "{text}");
     }
 }

@@ -143,12 +143,13 @@ impl Interval {
         Interval::new(sign(self.low), sign(self.high))
     }
 
-    /// x mod y: of the sign of y, and not greater.
+    /// x mod y = x − y ⌊x/y⌋: of the sign of y, and not greater, but for what is lost of large x.
     pub fn modulo(self, y: Interval) -> Interval {
-        match self.low >= 0.0 && self.high < y.low {
-            true => self,
-            false => y.hull(Interval::ZERO),
+        if self.low >= 0.0 && self.high < y.low {
+            return self;
         }
+        let slack = 4.0 * f64::EPSILON * (self.magnitude() + y.magnitude());
+        if slack.is_finite() { y.hull(Interval::ZERO).wider(slack) } else { Interval::ALL }
     }
 
     /// To a power, which must be constant to tell anything.
@@ -290,5 +291,110 @@ impl std::ops::Div for Interval {
         let over = |a: f64, b: f64| if a == 0.0 || b.is_infinite() { 0.0 } else { a / b };
         let a = self;
         Interval::of(&[over(a.low, low), over(a.low, high), over(a.high, low), over(a.high, high)])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ENDS: [f64; 9] = [-7.0, -4.0, -1.5, -0.5, 0.0, 0.5, 2.0, 3.0, 6.5];
+    const POINTS: usize = 40;
+
+    fn intervals() -> impl Iterator<Item = Interval> + Clone {
+        let pairs = ENDS.into_iter().flat_map(|low| ENDS.into_iter().map(move |high| (low, high)));
+        pairs.filter(|(low, high)| low <= high).map(|(low, high)| Interval::new(low, high))
+    }
+
+    fn points(of: Interval) -> impl Iterator<Item = f64> + Clone {
+        (0..=POINTS).map(move |k| of.low + (of.high - of.low) * k as f64 / POINTS as f64)
+    }
+
+    /// What is found holds for all `values`, and where it should be `tight` little else.
+    fn holds(what: &str, found: Interval, values: impl Iterator<Item = f64>, tight: bool) {
+        let values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        assert!(
+            values.iter().all(|&value| found.contains(value)),
+            "{what}: {found:?} is not {least}..{most}"
+        );
+        if tight {
+            let slack = 0.02 * (1.0 + found.magnitude());
+            assert!(
+                least - found.low < slack && found.high - most < slack,
+                "{what}: {found:?}, {least}..{most}"
+            );
+        }
+    }
+
+    /// Functions of one number on numbers drawn evenly from intervals.
+    #[test]
+    fn bounds_of_one_number_are_right_and_tight() {
+        type Of = (&'static str, fn(Interval) -> Interval, fn(f64) -> f64);
+        let all: [Of; 9] = [
+            ("abs", Interval::abs, f64::abs),
+            ("floor", Interval::floor, f64::floor),
+            ("sign", Interval::sign, |x| if x == 0.0 { 0.0 } else { x.signum() }),
+            ("exp", Interval::exp, libm::exp),
+            ("ln", Interval::ln, libm::log),
+            ("tanh", Interval::tanh, libm::tanh),
+            ("sin", Interval::sin, libm::sin),
+            ("cos", Interval::cos, libm::cos),
+            ("tan", Interval::tan, libm::tan),
+        ];
+        for (name, bound, value) in all {
+            for x in intervals() {
+                let tight = bound(x).is_finite();
+                holds(&format!("{name} {x:?}"), bound(x), points(x).map(value), tight);
+            }
+        }
+        for exponent in [-2.0, -1.0, 0.5, 1.0, 2.0, 3.0] {
+            for x in intervals() {
+                let found = x.power(Interval::point(exponent));
+                let values = points(x).map(|x| libm::pow(x, exponent));
+                holds(
+                    &format!("{x:?} ^ {exponent}"),
+                    found,
+                    values,
+                    found.is_finite() && (x.low >= 0.0 || exponent != 0.5),
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn bounds_of_two_numbers_are_right_and_tight() {
+        type Of = (&'static str, fn(Interval, Interval) -> Interval, fn(f64, f64) -> f64);
+        let all: [Of; 6] = [
+            ("+", |x, y| x + y, |x, y| x + y),
+            ("-", |x, y| x - y, |x, y| x - y),
+            ("*", |x, y| x * y, |x, y| x * y),
+            ("/", |x, y| x / y, |x, y| x / y),
+            ("mod", Interval::modulo, |x, y| x - y * (x / y).floor()),
+            ("atan2", Interval::atan2, libm::atan2),
+        ];
+        for (name, bound, value) in all {
+            for (x, y) in intervals().flat_map(|x| intervals().map(move |y| (x, y))) {
+                let found = bound(x, y);
+                let tight = match name {
+                    "mod" => x.low >= 0.0 && x.high < y.low,
+                    "atan2" => y.low > 0.0 || x.low > 0.0 || x.high < 0.0,
+                    _ => found.is_finite(),
+                };
+                let values = points(x).flat_map(|x| points(y).map(move |y| value(x, y)));
+                holds(&format!("{x:?} {name} {y:?}"), found, values, tight);
+            }
+        }
+    }
+
+    /// By hand: two or three numbers of −1..2.
+    #[test]
+    fn sums_are_of_as_many_numbers_as_there_may_be() {
+        let found = Interval::new(-1.0, 2.0).summed(2, 3);
+        assert!((found.low + 3.0).abs() < 1e-9 && (found.high - 6.0).abs() < 1e-9, "{found:?}");
+        let found = Interval::new(1.0, 2.0).summed(2, 3);
+        assert!((found.low - 2.0).abs() < 1e-9 && (found.high - 6.0).abs() < 1e-9, "{found:?}");
+        assert_eq!(Interval::new(1.0, 2.0).summed(0, 1), Interval::new(0.0, 2.0));
     }
 }
