@@ -143,4 +143,13 @@ mod tests {
             assert!(problem.message.contains(why), "{}", problem.message);
         }
     }
+
+    /// Seen to fail with the limit raised.
+    #[test]
+    fn a_recording_has_an_end() {
+        let lines = |number: usize| (0..number).map(|k| format!("\n{k},0,0")).collect::<String>();
+        assert_eq!(read(&format!("t,x,y{}", lines(LONGEST)), 0).map(|points| points.len()), Ok(LONGEST));
+        let longer = read(&format!("t,x,y{}", lines(1_000_001)), 0).expect_err("one line more");
+        assert!(longer.message.contains("more than 1000000 lines"), "{}", longer.message);
+    }
 }

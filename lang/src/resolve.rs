@@ -40,7 +40,7 @@ pub struct Module {
     /// Whether items with syntax errors were left out.
     pub broken: bool,
     /// What a module of the standard library declares; of others nothing.
-    library: Vec<Declaration>,
+    library: &'static [Declaration],
     names: Arc<Names>,
 }
 
@@ -121,7 +121,7 @@ impl Program {
         if let Some(main) = modules.get_mut(self.main) {
             let Module { path, doc, broken, names, .. } = &**main;
             let (path, doc, broken, names) = (path.clone(), doc.clone(), *broken, names.clone());
-            *main = Arc::new(Module { path, doc, items, broken, library: Vec::new(), names });
+            *main = Arc::new(Module { path, doc, items, broken, library: &[], names });
         }
         Program { modules, main: self.main, prelude: self.prelude, recordings: self.recordings.clone() }
     }
@@ -158,10 +158,8 @@ impl Program {
 pub fn resolve(main: File, loader: &dyn Loader, sources: &mut Sources, problems: &mut Problems) -> Program {
     let mut resolver =
         Resolver { loader, sources, problems, program: Program::default(), loading: Vec::new() };
-    for &path in stdlib::PRELUDE {
-        if let Some(text) = stdlib::module(path) {
-            resolver.load_standard(path, text);
-        }
+    for number in stdlib::PRELUDE.iter().filter_map(|path| stdlib::numbered(path)) {
+        resolver.load_standard(number);
     }
     resolver.program.prelude = resolver.program.modules.len();
     resolver.program.main = resolver.add("", main);
@@ -198,9 +196,8 @@ impl Resolver<'_> {
     }
 
     /// Adds a module of the standard library, which uses no others.
-    fn load_standard(&mut self, path: &str, text: &'static str) -> usize {
-        let file = self.sources.add(path, text.to_owned());
-        let library = stdlib::declarations(text, file);
+    fn load_standard(&mut self, number: usize) -> usize {
+        let stdlib::Module { source, declarations: library } = stdlib::module(number);
         let module = self.program.modules.len();
         let mut names: Names = BTreeMap::new();
         for (item, Declaration { space, name, .. }) in library.iter().enumerate() {
@@ -208,7 +205,7 @@ impl Resolver<'_> {
             entries(&mut names, *space, &name.node).push(entry);
         }
         self.program.modules.push(Arc::new(Module {
-            path: path.to_owned(),
+            path: source.name.clone(),
             doc: String::new(),
             items: Vec::new(),
             broken: false,
@@ -262,7 +259,7 @@ impl Resolver<'_> {
             doc: file.doc,
             items: file.items.into_iter().map(Arc::new).collect(),
             broken: !file.broken.is_empty(),
-            library: Vec::new(),
+            library: &[],
             names: Arc::new(names),
         }));
         index
@@ -295,8 +292,8 @@ impl Resolver<'_> {
             );
             return None;
         }
-        if let Some(text) = stdlib::module(&wanted) {
-            return Some(self.load_standard(&wanted, text));
+        if let Some(number) = stdlib::numbered(&wanted) {
+            return Some(self.load_standard(number));
         }
         let mut problem = Problem::error(&UNKNOWN_MODULE, format!("there is no module `{wanted}`"));
         if path.first().is_some_and(|first| first.node == "std") {
@@ -333,7 +330,7 @@ impl Resolver<'_> {
             own.sort_unstable();
             own.dedup();
             let meant = did_you_mean(&name.node, own.iter().copied());
-            let help = match (&meant, standard_home(&name.node)) {
+            let help = match (&meant, stdlib::home(&name.node)) {
                 (Some(meant), _) => format!("did you mean `{meant}`?"),
                 (None, Some(path)) => format!("it is in another module: `use {path}.{}`", name.node),
                 (None, None) => format!("`{}` has {}", from.path, listed(own)),
@@ -438,37 +435,6 @@ impl Resolver<'_> {
             );
         }
     }
-}
-
-/// The standard module that declares a name, except those seen without `use`.
-pub fn standard_home(name: &str) -> Option<&'static str> {
-    let mut homes =
-        stdlib::MODULES.iter().filter(|(path, text)| !stdlib::PRELUDE.contains(path) && declares(text, name));
-    homes.next().map(|(path, _)| *path)
-}
-
-/// Whether a module's text declares a name, told without parsing it.
-fn declares(text: &str, name: &str) -> bool {
-    let words = [
-        "fn",
-        "dist",
-        "motion",
-        "formation",
-        "room",
-        "lighting",
-        "camera",
-        "odometry",
-        "landmark",
-        "localiser",
-    ];
-    words.iter().any(|word| {
-        text.lines().any(|line| {
-            let after =
-                line.trim_start_matches("extern ").strip_prefix(word).and_then(|l| l.strip_prefix(' '));
-            let rest = after.and_then(|l| l.strip_prefix(name));
-            rest.is_some_and(|rest| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_'))
-        })
-    })
 }
 
 fn file_name(path: &str) -> String {

@@ -2,6 +2,7 @@
 
 use crate::ast::Span;
 use crate::plan::Place;
+use crate::stdlib;
 
 /// One file: what it is called, its text, and where its lines begin.
 #[derive(Clone, Debug)]
@@ -12,6 +13,11 @@ pub struct SourceFile {
 }
 
 impl SourceFile {
+    pub fn new(name: &str, text: String) -> SourceFile {
+        let line_starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
+        SourceFile { name: name.to_owned(), text, line_starts }
+    }
+
     /// 1-based line and column (in characters) of a byte; the end of the file for anything beyond it.
     pub fn line_column(&self, byte: usize) -> (usize, usize) {
         let byte = byte.min(self.text.len());
@@ -24,7 +30,7 @@ impl SourceFile {
     }
 }
 
-/// All files of a compilation; [`Span::file`] is an index into them.
+/// The files of a compilation; [`Span::file`] is an index into them, or tells a file of the standard library.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
     files: Vec<SourceFile>,
@@ -37,16 +43,19 @@ impl Sources {
             Some(rest) => rest.to_owned(),
             None => text,
         };
-        let line_starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
-        self.files.push(SourceFile { name: name.to_owned(), text, line_starts });
+        self.files.push(SourceFile::new(name, text));
         self.files.len() - 1
     }
 
-    /// The file of an index that [`Sources::add`] gave.
+    /// The file of an index that [`Sources::add`] gave, or of the standard library.
     pub fn file(&self, index: usize) -> &SourceFile {
-        &self.files[index]
+        match index.checked_sub(stdlib::FIRST_FILE) {
+            Some(module) => &stdlib::module(module).source,
+            None => &self.files[index],
+        }
     }
 
+    /// Without those of the standard library.
     pub fn iter(&self) -> impl Iterator<Item = &SourceFile> {
         self.files.iter()
     }

@@ -1,4 +1,5 @@
-//! The standard library, embedded. A scenario uses little of it, so an item is parsed when it is first looked at.
+//! The standard library, embedded. A scenario uses little of it, so a module is looked at when it is first used, and
+//! an item parsed when it is first looked at, once in the life of the program.
 
 use std::ops::Range;
 use std::sync::OnceLock;
@@ -6,6 +7,7 @@ use std::sync::OnceLock;
 use crate::ast::{Item, Name, Span, Spanned};
 use crate::parse::sound_item;
 use crate::resolve::Space;
+use crate::source::SourceFile;
 
 /// Modules by the path that `use` names, with their text.
 pub const MODULES: &[(&str, &str)] = &[
@@ -22,9 +24,39 @@ pub const MODULES: &[(&str, &str)] = &[
 /// Modules that every file sees without `use`.
 pub const PRELUDE: &[&str] = &["std.prelude", "std.learn", "std.control"];
 
-/// The text of a module.
-pub fn module(path: &str) -> Option<&'static str> {
-    MODULES.iter().find(|(name, _)| *name == path).map(|(_, text)| *text)
+/// In every compilation the files of the modules have the indices from here on.
+pub const FIRST_FILE: usize = usize::MAX / 2;
+
+/// A module that was looked at.
+#[derive(Debug)]
+pub struct Module {
+    pub source: SourceFile,
+    pub declarations: Vec<Declaration>,
+}
+
+static LOADED: [OnceLock<Module>; MODULES.len()] = [const { OnceLock::new() }; MODULES.len()];
+
+/// The module of that number among [`MODULES`].
+pub fn module(number: usize) -> &'static Module {
+    let (path, text) = MODULES[number];
+    let load = || Module {
+        source: SourceFile::new(path, text.to_owned()),
+        declarations: declarations(text, FIRST_FILE + number),
+    };
+    LOADED[number].get_or_init(load)
+}
+
+/// The number of a module.
+pub fn numbered(path: &str) -> Option<usize> {
+    MODULES.iter().position(|(name, _)| *name == path)
+}
+
+/// The module that declares a name, except those seen without `use`.
+pub fn home(name: &str) -> Option<&'static str> {
+    let declares = |number| module(number).declarations.iter().any(|it| it.name.node == name);
+    let mut homes =
+        MODULES.iter().enumerate().filter(|(at, (path, _))| !PRELUDE.contains(path) && declares(*at));
+    homes.next().map(|(_, (path, _))| *path)
 }
 
 /// What a standard module declares, known without parsing it.
@@ -48,11 +80,11 @@ impl Declaration {
     }
 }
 
-/// What the text of a standard module declares, in order. `file` is its index among the sources.
+/// What the text of a standard module declares, in order. `file` is the index of its source.
 ///
 /// The library keeps to a form that tells without the grammar: what stands at the left edge is a comment, a closing
 /// bracket, or the first line of an item.
-pub fn declarations(text: &'static str, file: usize) -> Vec<Declaration> {
+fn declarations(text: &'static str, file: usize) -> Vec<Declaration> {
     let (mut declarations, mut doc, mut at): (Vec<Declaration>, Option<usize>, usize) = (Vec::new(), None, 0);
     for line in text.split_inclusive('\n') {
         let start = at;
@@ -123,11 +155,10 @@ mod tests {
 
     #[test]
     fn what_modules_declare_is_what_their_parse_tells() {
-        for (path, text) in MODULES {
-            let (mut sources, mut problems) = (Sources::default(), Problems::default());
-            let file = sources.add(path, (*text).to_owned());
-            let parsed = parse(&sources, file, &mut problems);
-            let declarations = declarations(text, file);
+        for (number, (path, _)) in MODULES.iter().enumerate() {
+            let (sources, mut problems) = (Sources::default(), Problems::default());
+            let parsed = parse(&sources, FIRST_FILE + number, &mut problems);
+            let declarations = &module(number).declarations;
             assert_eq!((declarations.len(), problems.iter().count()), (parsed.items.len(), 0), "{path}");
             for (declaration, item) in declarations.iter().zip(&parsed.items) {
                 assert_eq!(declaration.item(), Some(item));

@@ -78,9 +78,9 @@ pub fn checked(name: &str, mut compilation: Compilation) -> Result<(Plan, Compil
     }
 }
 
-/// Name and text of the scenario's own files, the main one first; not the standard library, not `--set`.
+/// Name and text of the scenario's own files, the main one first; not `--set`.
 pub fn files(compilation: &Compilation) -> Vec<(String, String)> {
-    let own = |name: &str| name.ends_with(".scn") && !name.starts_with("std/") && !name.starts_with("--set ");
+    let own = |name: &str| name.ends_with(".scn") && !name.starts_with("--set ");
     let files = compilation.sources.iter().filter(|file| own(&file.name));
     files.map(|file| (file.name.clone(), file.text.clone())).collect()
 }
