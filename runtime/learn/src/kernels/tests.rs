@@ -133,6 +133,8 @@ fn same_in_every_width_and_both_passes(given: &Given, what: &str) -> Outcome {
     scalar
 }
 
+/// Seen to fail when scalar code rounds a product before it adds, when 16 lanes sum from the end, and when the last
+/// block of rows is not moved back.
 #[test]
 fn every_width_and_both_passes_give_the_same_bits() {
     let names: Vec<_> = Simd::available().map(Simd::name).collect();
@@ -220,7 +222,7 @@ fn padding_stays_zero() {
     }
 }
 
-/// A subnormal moment would slow every later step down.
+/// A subnormal moment would slow every later step down. Seen to fail without `flush`.
 #[test]
 fn subnormal_moments_become_zero() {
     for simd in Simd::available() {
@@ -325,6 +327,8 @@ unsafe fn operations<L: Lanes>(shift: usize) -> Vec<u32> {
     out.into_iter().flatten().map(canonical).collect()
 }
 
+/// Seen to fail with a scalar `relu` by `max`, with the operands of `relu` or `at_most` exchanged, and when one width
+/// flushes or chooses at a limit where the others do not.
 #[cfg(target_arch = "x86_64")]
 #[test]
 fn every_operation_rounds_the_same_in_every_width() {
