@@ -446,7 +446,6 @@ fn reserved_meaning(name: &str) -> &'static str {
         "p" => "`p[i]` is the position of agent i",
         "v" => "`v[i]` is the velocity of agent i",
         "heading" => "`heading[i]` is the direction that agent i faces",
-        "world" => "`world.dt` and others are the constants of the world",
         "t" => "`t` is the time since the episode began",
         "all" => "`all` is the set of all agents",
         "pairs" => "`pairs(all)` is the set of all pairs of agents",

@@ -141,6 +141,23 @@ fn names() {
 }
 
 #[test]
+fn a_reserved_name_is_told_with_its_meaning() {
+    for (name, meaning) in [
+        ("p", "`p[i]` is the position"),
+        ("v", "`v[i]` is the velocity"),
+        ("heading", "`heading[i]` is the direction"),
+        ("t", "time since the episode began"),
+        ("all", "set of all agents"),
+        ("pairs", "set of all pairs"),
+        ("box", "is an area"),
+    ] {
+        let result = compiled(square(&[("world { dt", &format!("let {name} = 1\nworld {{ dt"))]));
+        let text = render(&result.problems, &result.sources, Style::Plain);
+        assert!(text.contains("error[reserved-name]") && text.contains(meaning), "{text}");
+    }
+}
+
+#[test]
 fn arguments() {
     let motion = |call: &str, expected: &[&str]| gives(&[("random_velocity(1 m/s)", call)], expected);
     motion("random_velocity(sgma = 1 m/s)", &["bad-arguments"]);

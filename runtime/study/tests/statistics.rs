@@ -95,6 +95,7 @@ fn what_has_no_answer_gives_none() {
     assert_eq!(bootstrap(&[1.0, 2.0], f64::NAN, mean), None);
     assert_eq!(bootstrap(&[1.0, f64::NAN], 0.95, mean), None);
     assert_eq!(bootstrap(&[1e308, f64::INFINITY], 0.95, mean), None);
+    assert_eq!(bootstrap(&[1.0, 2.0], 0.95, |x| if x[0] > 1.0 { f64::INFINITY } else { 1.0 }), None);
     assert_eq!(bootstrap_two(&[1.0], &[], 0.95, probability_of_improvement), None);
     assert_eq!(profile_band(&[], &[0.0], 0.95), None);
     assert_eq!(profile_band(&[1.0], &[0.0], 0.0), None);
@@ -105,6 +106,9 @@ fn what_has_no_answer_gives_none() {
     assert_eq!(t_interval(&[1.0, 2.0], 0.0), None);
     assert_eq!(t_test(&[1.0], 0.0), None);
     assert_eq!(welch_test(&[1.0, 2.0], &[1.0]), None);
+    for (confidence, df) in [(0.95, 0.0), (0.95, -1.0), (0.95, f64::NAN), (0.0, 9.0), (f64::NAN, 9.0)] {
+        assert!(critical_value(confidence, df).is_nan());
+    }
     assert_eq!(quantile(&[], 0.5), None);
     assert!(mean(&[]).is_nan() && iqm(&[]).is_nan() && variance(&[1.0]).is_nan());
     assert!(holm(&[]).is_empty());
