@@ -446,9 +446,15 @@ fn reserved_meaning(name: &str) -> &'static str {
         "p" => "`p[i]` is the position of agent i",
         "v" => "`v[i]` is the velocity of agent i",
         "heading" => "`heading[i]` is the direction that agent i faces",
+        "u" => "`u[i]` is the command of agent i",
+        "du" => "`du[i]` is by how much the command of agent i changed",
         "t" => "`t` is the time since the episode began",
         "all" => "`all` is the set of all agents",
         "pairs" => "`pairs(all)` is the set of all pairs of agents",
+        "edges" => "`edges(F)` is the set of neighbours in a formation",
+        "members" => "`members(F)` is the set of agents in a formation",
+        "nearest" => "`nearest(2, i, all)` is the set of the agents nearest to agent i",
+        "size" => "`size(follower)` is the number of agents in a group",
         _ => "`box(low .. high, low .. high)` is an area",
     }
 }
@@ -511,7 +517,8 @@ Things of different kinds may share a name: a motion `square` and a formation sh
 pub const RESERVED_NAME: Code = Code {
     name: "reserved-name",
     explain: "\
-The language gives some names a meaning of their own in expressions: p, v, heading, world, t, all, pairs and box.
+The language gives some names a meaning of their own in expressions: p, v, heading, u, du, t, all, pairs,
+edges, members, nearest, size and box.
 
     param p = 2 m               // wrong: p[i] is the position of agent i
     param pitch = 2 m           // right",

@@ -146,9 +146,15 @@ fn a_reserved_name_is_told_with_its_meaning() {
         ("p", "`p[i]` is the position"),
         ("v", "`v[i]` is the velocity"),
         ("heading", "`heading[i]` is the direction"),
+        ("u", "`u[i]` is the command"),
+        ("du", "`du[i]` is by how much"),
         ("t", "time since the episode began"),
         ("all", "set of all agents"),
         ("pairs", "set of all pairs"),
+        ("edges", "set of neighbours"),
+        ("members", "set of agents in a formation"),
+        ("nearest", "set of the agents nearest"),
+        ("size", "number of agents in a group"),
         ("box", "is an area"),
     ] {
         let result = compiled(square(&[("world { dt", &format!("let {name} = 1\nworld {{ dt"))]));
