@@ -13,6 +13,7 @@ pub(crate) mod expr;
 pub(crate) mod feasible;
 pub(crate) mod fits;
 pub(crate) mod formations;
+pub(crate) mod index;
 pub(crate) mod learn;
 pub(crate) mod motion;
 pub(crate) mod obstacles;

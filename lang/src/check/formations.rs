@@ -247,7 +247,7 @@ impl<'a> Checker<'a> {
         let (size, span) = self.hir.world.groups.get(group).map(|group| (group.size, group.span))?;
         if size > 1 {
             let problem =
-                Problem::error(&super::sets::GROUP_AS_AGENT, format!("`{}` is {size} agents", name.node))
+                Problem::error(&super::index::GROUP_AS_AGENT, format!("`{}` is {size} agents", name.node))
                     .at(name.span, "a formation is about one agent")
                     .with(span, format!("a group of {size}"));
             self.report(problem.help("name a group of one, such as `agent leader : …` declares"));
