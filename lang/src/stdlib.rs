@@ -154,6 +154,11 @@ mod tests {
     use crate::source::Sources;
 
     #[test]
+    fn a_name_is_found_in_its_module_unless_it_is_seen_anyhow() {
+        assert_eq!(["wander", "sqrt", "nobody"].map(home), [Some("std.motion"), None, None]);
+    }
+
+    #[test]
     fn what_modules_declare_is_what_their_parse_tells() {
         for (number, (path, _)) in MODULES.iter().enumerate() {
             let (sources, mut problems) = (Sources::default(), Problems::default());

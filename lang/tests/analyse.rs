@@ -221,6 +221,13 @@ fn distances_that_cannot_be_are_errors() {
     let diagonal = 2f64.sqrt();
     let square = [1.0, diagonal, 1.0, 1.0, diagonal, 1.0];
     assert_eq!(said_of(&distances(3, true, Graph::Complete, &square)).0, [] as [&str; 0]);
+    let (codes, text) = said_of(&distances(2, true, Graph::Complete, &[1.0, -1.0, 1.0]));
+    assert_eq!(codes, ["unrealisable"]);
+    assert!(text.contains("a distance of -1 m cannot be"), "{text}");
+    // A Plan that nobody compiled can name nodes that are not there.
+    let (codes, text) =
+        said_of(&distances(2, true, edges(&[(0, 1), (1, 7), (7, 1), (2, 2), (0, 2)]), &[1.0]));
+    assert_eq!((codes, text.contains("can swing about `leader`")), (vec!["not-rigid"], true), "{text}");
     let apart = edges(&[(0, 1), (2, 3)]);
     let (codes, text) = said_of(&distances(3, true, apart, &[1.0]));
     assert_eq!(codes, ["unconnected"]);

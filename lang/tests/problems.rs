@@ -141,6 +141,17 @@ fn names() {
 }
 
 #[test]
+fn what_the_library_has_is_told() {
+    for (edit, to) in
+        [(CRASH, "-k_c * hits()"), (CRASH, "-k_c * hits"), ("random_velocity(1 m/s)", "wander(1 m/s)")]
+    {
+        let result = compiled(square(&[(edit, to)]));
+        let text = render(&result.problems, &result.sources, Style::Plain);
+        assert!(text.contains("the standard library has one: `use std."), "{text}");
+    }
+}
+
+#[test]
 fn a_reserved_name_is_told_with_its_meaning() {
     for (name, meaning) in [
         ("p", "`p[i]` is the position"),

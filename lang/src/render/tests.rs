@@ -189,6 +189,11 @@ fn numbers_are_short() {
         (3e-9, "3 × 10^{−9}"),
         (1e9, "10^9"),
         (std::f64::consts::PI, "π"),
+        (std::f64::consts::TAU, "2π"),
+        (std::f64::consts::FRAC_PI_2, "π / 2"),
+        (std::f64::consts::FRAC_PI_3, "π / 3"),
+        (std::f64::consts::FRAC_PI_4, "π / 4"),
+        (std::f64::consts::FRAC_PI_6, "π / 6"),
         (0.0, "0"),
     ] {
         assert_eq!(text(&Expr::Number(value)), expected);
