@@ -140,15 +140,40 @@ fn names() {
     with("extern fn foo(x: number) -> number", &["misplaced-item"]);
 }
 
+/// What is said of the square with one part replaced.
+#[track_caller]
+fn says(from: &str, to: &str, words: &str) {
+    let result = compiled(square(&[(from, to)]));
+    let text = render(&result.problems, &result.sources, Style::Plain);
+    assert!(text.contains(words), "{text}");
+}
+
+#[test]
+fn remedies_fit_what_is_wrong() {
+    says(CRASH, "-k_c * collisions(1)", "`collisions` takes none");
+    let group = "fn many(of: group) -> number = size(of)\nlet all_of_them = many(F)\nworld { dt";
+    says("world { dt", group, "its members are `members(F)`");
+    says("at 95%", "at 100%", "a confidence lies between 0 and 1");
+    says("follower[3]", "follower[3", "`[` is never closed");
+    says("follower[3]", "follower[3 4]", "expected `]`");
+    says("reward {", "reward {(", "`(` is never closed");
+    says("seeds 10", "seeds 10\nsweep { side in range(0.2 m, 0.4 m, 1001) }", "there are 1001 variants");
+}
+
+#[test]
+fn units_are_products_of_others() {
+    let field = square(&[("param k_c = 1 m", "unit field = 3 m * 4 m / 2 m\nparam k_c = 1 field")]);
+    let plan =
+        compiled(field).plan.map(|plan| plan.params.iter().map(|param| param.value).collect::<Vec<_>>());
+    assert_eq!(plan, Some(vec![0.4, 6.0]));
+}
+
 #[test]
 fn what_the_library_has_is_told() {
-    for (edit, to) in
-        [(CRASH, "-k_c * hits()"), (CRASH, "-k_c * hits"), ("random_velocity(1 m/s)", "wander(1 m/s)")]
-    {
-        let result = compiled(square(&[(edit, to)]));
-        let text = render(&result.problems, &result.sources, Style::Plain);
-        assert!(text.contains("the standard library has one: `use std."), "{text}");
-    }
+    let has = "the standard library has one: `use std.";
+    says(CRASH, "-k_c * hits()", has);
+    says(CRASH, "-k_c * hits", has);
+    says("random_velocity(1 m/s)", "wander(1 m/s)", has);
 }
 
 #[test]
@@ -168,9 +193,7 @@ fn a_reserved_name_is_told_with_its_meaning() {
         ("size", "number of agents in a group"),
         ("box", "is an area"),
     ] {
-        let result = compiled(square(&[("world { dt", &format!("let {name} = 1\nworld {{ dt"))]));
-        let text = render(&result.problems, &result.sources, Style::Plain);
-        assert!(text.contains("error[reserved-name]") && text.contains(meaning), "{text}");
+        says("world { dt", &format!("let {name} = 1\nworld {{ dt"), meaning);
     }
 }
 
