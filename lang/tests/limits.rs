@@ -32,6 +32,7 @@ fn at_most(more: usize, code: &str, entries: impl Fn(usize) -> String) {
 #[test]
 fn of_everything_there_are_so_many() {
     at_most(100, "too-large", |n| each(n, |k| format!("stage s{k} {{ channels = 16 }} within 10 steps\n")));
+    at_most(1000, "too-large", |n| each(n, |k| format!("variant v{k} {{ batches = {} }}\n", k + 1)));
     at_most(94, "too-large", |n| each(n, |k| format!("evaluate e{k} {{ episodes = 1 }}\n")));
     at_most(98, "too-large", |n| {
         each(n, |k| format!("localiser l{k} = noisy(position = 5 cm, heading = 2 deg)\n"))
