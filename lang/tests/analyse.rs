@@ -224,6 +224,7 @@ fn distances_that_cannot_be_are_errors() {
     let (codes, text) = said_of(&distances(2, true, Graph::Complete, &[1.0, -1.0, 1.0]));
     assert_eq!(codes, ["unrealisable"]);
     assert!(text.contains("a distance of -1 m cannot be"), "{text}");
+    assert_eq!(said_of(&distances(1, true, Graph::Complete, &[-1.0])).0, ["unrealisable"]);
     // A Plan that nobody compiled can name nodes that are not there.
     let (codes, text) =
         said_of(&distances(2, true, edges(&[(0, 1), (1, 7), (7, 1), (2, 2), (0, 2)]), &[1.0]));

@@ -47,6 +47,19 @@ fn layout_comments_order_and_names_of_indices_are_no_difference() {
 }
 
 #[test]
+fn which_of_two_indices_stands_where_is_a_difference() {
+    let gap = "-sum(i in follower) |p[i] - F[i]|";
+    let [one, same, other] = [
+        "i, j in pairs(follower)) |p[i] - F[j]|",
+        "a, b in pairs(follower)) |p[a] - F[b]|",
+        "i, j in pairs(follower)) |p[j] - F[i]|",
+    ]
+    .map(|sum| plan(&changed(&[(gap, &format!("-sum({sum}"))])));
+    assert_eq!(diff(&one, &same).len(), 0);
+    assert_eq!(diff(&one, &other).len(), 1);
+}
+
+#[test]
 fn differences_are_told_in_the_words_of_the_scenario() {
     let edits = [
         ("side = 0.4 m", "side = 0.5 m"),
