@@ -1,13 +1,15 @@
 //! What the compiler knows of Plans made by hand.
 #![allow(clippy::unwrap_used)]
 
+use mpgx_lang::analyse::bounds::bounds;
 use mpgx_lang::analyse::formations::formations;
+use mpgx_lang::analyse::interval::Interval;
 use mpgx_lang::analyse::optimum::optimum;
 use mpgx_lang::analyse::scene::{Mode, Scene};
 use mpgx_lang::analyse::{Ground, influence, space};
 use mpgx_lang::hir::Hir;
 use mpgx_lang::plan::{
-    AgentRef, Area, BinaryOp, Binder, Constraint, Control, Distribution, Expr, Formation, Graph, Group,
+    AgentRef, Area, BinaryOp, Binder, Constraint, Control, Distribution, End, Expr, Formation, Graph, Group,
     IndexSet, Observation, Param, Place, Plan, Quantity, Reduction, Solid, Term, UnaryOp, World,
 };
 use mpgx_lang::problem::{Problem, Problems, Severity};
@@ -87,6 +89,23 @@ fn codes(problems: &[Problem]) -> Vec<&str> {
     problems.iter().map(|problem| problem.code.name).collect()
 }
 
+/// What surely happens in every step is paid in every step of an evaluation; what may happen, perhaps.
+#[test]
+fn costs_of_ends_are_bounded_by_what_can_hold() {
+    let near = binary(BinaryOp::Less, apart(AgentRef::Fixed(0), FOLLOWER), number(0.1));
+    for (when, costs) in
+        [(Expr::Truth(true), (2.0, 2.0)), (Expr::Truth(false), (0.0, 0.0)), (near, (0.0, 2.0))]
+    {
+        let mut plan = plan(1, 0, vec![number(0.0)]);
+        let cost = Some(number(2.0));
+        plan.world.ends = vec![End { name: "end".into(), when, failure: true, cost, at: Place::default() }];
+        let found = bounds(&Scene::new(&plan, &plan.world, Mode::Training));
+        let about = |bounds: Interval| [bounds.low, bounds.high].map(|end| (1e9 * end).round() / 1e9);
+        assert_eq!(about(found.costs), [costs.0, costs.1]);
+        assert_eq!(about(-found.reward), [costs.0, costs.1]);
+    }
+}
+
 // Where the optimum lies.
 
 const FOLLOWER: AgentRef = AgentRef::Fixed(1);
@@ -131,6 +150,16 @@ fn the_papers_obstacle_reward_is_too_weak_or_too_strong() {
     assert_eq!(where_is_the_best(vec![gap(), avoid(0.1, squared)], 2), silent);
     assert_eq!(where_is_the_best(vec![gap()], 2), silent);
     assert_eq!(where_is_the_best(vec![gap(), avoid(-0.3, distance())], 3), silent, "drawn to obstacles");
+    // Twice the distance weighs twice.
+    let twice = binary(
+        BinaryOp::Mul,
+        number(2.0),
+        binary(BinaryOp::Sub, position(AgentRef::Fixed(0)), position(FOLLOWER)),
+    );
+    let twice = negated(Expr::Call(mpgx_lang::plan::Function::Norm, vec![twice]));
+    for (k, code) in [(0.6, "avoidance-without-effect"), (0.7, "fleeing-pays")] {
+        assert_eq!(where_is_the_best(vec![twice.clone(), avoid(k, distance())], 3), [code], "{k}");
+    }
     // A penalty that is bounded does not keep anybody from running away, but may make him avoid something.
     let crash = negated(Expr::Reduce {
         op: Reduction::Count,

@@ -13,8 +13,6 @@ pub struct Sizes {
     /// What each part of the action commands; two entries each.
     pub action: Vec<String>,
     pub learners: Vec<Work>,
-    /// Trained networks: learners times seeds.
-    pub cells: usize,
 }
 
 /// The work of one learner for one seed.
@@ -59,7 +57,6 @@ pub fn sizes(scene: &Scene) -> Sizes {
     let mut sizes = Sizes { state: state.collect(), action, ..Sizes::default() };
     let (seen, told) = (sizes.state_len(), sizes.action_len());
     sizes.learners = plan.learners.iter().map(|learner| work(world, learner, seen, told)).collect();
-    sizes.cells = plan.learners.len() * plan.seeds;
     sizes
 }
 

@@ -86,3 +86,14 @@ fn count(value: f64) -> String {
     }
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_have_spaces_between_thousands() {
+        let told = [0.0, 999.0, 1000.0, 1_234_567.0, f64::INFINITY].map(count);
+        assert_eq!(told, ["0", "999", "1 000", "1 234 567", "∞"]);
+    }
+}
