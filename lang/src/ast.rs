@@ -3,7 +3,7 @@
 /// Bytes `start..end` of one source file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Span {
-    /// Index of the file in the compilation's [`crate::source::Sources`].
+    /// Index of the file in the compilation's [`crate::source::Sources`]; those of the standard library have fixed ones.
     pub file: usize,
     pub start: usize,
     pub end: usize,

@@ -330,7 +330,7 @@ impl Resolver<'_> {
             own.sort_unstable();
             own.dedup();
             let meant = did_you_mean(&name.node, own.iter().copied());
-            let help = match (&meant, stdlib::home(&name.node)) {
+            let help = match (&meant, stdlib::home(&name.node, None)) {
                 (Some(meant), _) => format!("did you mean `{meant}`?"),
                 (None, Some(path)) => format!("it is in another module: `use {path}.{}`", name.node),
                 (None, None) => format!("`{}` has {}", from.path, listed(own)),

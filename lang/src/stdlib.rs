@@ -51,9 +51,10 @@ pub fn numbered(path: &str) -> Option<usize> {
     MODULES.iter().position(|(name, _)| *name == path)
 }
 
-/// The module that declares a name, except those seen without `use`.
-pub fn home(name: &str) -> Option<&'static str> {
-    let declares = |number| module(number).declarations.iter().any(|it| it.name.node == name);
+/// The module that declares a name, in one space or in any, except those seen without `use`.
+pub fn home(name: &str, space: Option<Space>) -> Option<&'static str> {
+    let is_it = |it: &Declaration| it.name.node == name && space.is_none_or(|space| space == it.space);
+    let declares = |number| module(number).declarations.iter().any(is_it);
     let mut homes =
         MODULES.iter().enumerate().filter(|(at, (path, _))| !PRELUDE.contains(path) && declares(*at));
     homes.next().map(|(_, (path, _))| *path)
@@ -155,7 +156,10 @@ mod tests {
 
     #[test]
     fn a_name_is_found_in_its_module_unless_it_is_seen_anyhow() {
-        assert_eq!(["wander", "sqrt", "nobody"].map(home), [Some("std.motion"), None, None]);
+        let homes = ["wander", "sqrt", "nobody"].map(|name| home(name, None));
+        assert_eq!(homes, [Some("std.motion"), None, None]);
+        let circles = [Space::Motion, Space::Shape, Space::Value].map(|space| home("circle", Some(space)));
+        assert_eq!(circles, [Some("std.motion"), Some("std.formation"), None]);
     }
 
     #[test]

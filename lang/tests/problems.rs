@@ -180,6 +180,13 @@ fn what_the_library_has_is_told() {
     says("random_velocity(1 m/s)", "wander(1 m/s)", has);
 }
 
+/// The library has motions and formations of the same names.
+#[test]
+fn what_the_library_has_is_told_of_the_kind_that_is_meant() {
+    says("random_velocity(1 m/s)", "circle(1 m, 1 m/s)", "`use std.motion.circle`");
+    says("= square(side)", "= circle(1 m)", "`use std.formation.circle`");
+}
+
 #[test]
 fn a_reserved_name_is_told_with_its_meaning() {
     for (name, meaning) in [

@@ -120,7 +120,7 @@ impl<'a> Checker<'a> {
             let item = entry.and_then(|entry| self.program.item(entry.id));
             item.is_some_and(|item| matches!(item.node, Item::Function(_)))
         });
-        match (self.meant(name, functions), crate::stdlib::home(name)) {
+        match (self.meant(name, functions), crate::stdlib::home(name, Some(Space::Value))) {
             (Some(meant), _) => problem.help(format!("did you mean `{meant}`?")),
             (None, Some(path)) => problem.help(format!("the standard library has one: `use {path}.{name}`")),
             (None, None) => problem,

@@ -342,7 +342,7 @@ impl<'a> Checker<'a> {
             Space::ALL.into_iter().find(|&other| self.program.find(main, other, &name.node).is_some());
         let help = match (
             self.meant(&name.node, self.program.names(main, space)),
-            crate::stdlib::home(&name.node),
+            crate::stdlib::home(&name.node, Some(space)),
             other,
         ) {
             (_, Some(path), _) => format!("the standard library has one: `use {path}.{}`", name.node),

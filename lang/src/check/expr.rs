@@ -210,7 +210,7 @@ impl<'a> Checker<'a> {
             scope.locals.names().chain(self.program.names(scope.module, Space::Value)).chain(BUILT_IN);
         match self.meant(name, known) {
             Some(meant) => problem.help(format!("did you mean `{meant}`?")),
-            None => match crate::stdlib::home(name) {
+            None => match crate::stdlib::home(name, Some(Space::Value)) {
                 Some(path) => problem.help(format!("the standard library has one: `use {path}.{name}`")),
                 None if self.units.has_unit(name) => {
                     problem.help(format!("`{name}` is a unit, and a unit follows a number: `1 {name}`"))
