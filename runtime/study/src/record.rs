@@ -145,7 +145,7 @@ pub struct LocaliserRecord {
     /// before: of position, orientation and distances to landmarks, % of their ranges.
     pub steps: Vec<u64>,
     pub errors_percent: Vec<[f64; 3]>,
-    /// On held-out trials, of answers one step of the scenario apart.
+    /// On held-out trials: errors over the variances told with them, and how alike they are one step of the scenario apart.
     pub reliability: Reliability,
     pub network: LocalisationTable,
     /// The pose of the most similar image known.

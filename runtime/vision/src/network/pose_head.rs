@@ -1,5 +1,7 @@
 //! What the outputs of a network mean: x, y, orientation and distances to landmarks, all between about −1 and 1.
 
+use std::f64::consts::PI;
+
 use serde::{Deserialize, Serialize};
 
 use super::bins::moments_of;
@@ -170,7 +172,7 @@ impl PoseHead {
         }
     }
 
-    /// The variance of the heading, rad², to first order in those of the outputs.
+    /// The variance of the heading, rad², to first order in those of the outputs, and that of no idea at most.
     fn of_heading(&self, moments: &[[f32; 2]]) -> f64 {
         // Of a turn by δ each output changes by its slope times δ.
         let [a, b, c, d] = std::array::from_fn(|k| moments.get(2 + k).map_or(0.0, |it| f64::from(it[0])));
@@ -182,7 +184,9 @@ impl PoseHead {
         let variances = moments.iter().skip(2).map(|it| f64::from(it[1]));
         let spread =
             slopes.iter().zip(variances).map(|(slope, variance)| slope * slope * variance).sum::<f64>();
-        if length > 0.0 { spread / (length * length) } else { 0.0 }
+        // Of a heading anywhere.
+        let most = PI * PI / 3.0;
+        if length > 0.0 { (spread / (length * length)).min(most) } else { most }
     }
 
     /// Whether all its numbers are of use.
@@ -289,6 +293,16 @@ mod tests {
         }
     }
 
+    /// Equal logits for everything: a heading anywhere, never a sure one.
+    #[test]
+    fn who_has_no_idea_of_the_heading_says_so() {
+        for orientation in [Orientation::Heading, Orientation::Quaternion] {
+            let head = PoseHead::of(&poses(), &[], orientation, 8).unwrap();
+            let told = head.decode(&vec![0.0; head.numbers()]);
+            assert!((told.variance.unwrap()[2] - PI * PI / 3.0).abs() < 1e-9, "{orientation:?}");
+        }
+    }
+
     /// By hand: of −1..3 m, 0 m is a quarter of the way, so −0.5; heading 90° is (1, 0).
     #[test]
     fn outputs_are_between_minus_one_and_one() {
@@ -296,7 +310,7 @@ mod tests {
         let at = |x_m: f64, y_m: f64, heading_rad: f64| camera.pose(Pose { x_m, y_m, heading_rad });
         let head =
             PoseHead::of(&[at(-1.0, 0.0, 0.0), at(3.0, 3.0, 1.0)], &[[0.0, 5.5]], Orientation::Heading, 1);
-        let outputs = head.unwrap().encode(&at(0.0, 3.0, std::f64::consts::FRAC_PI_2));
+        let outputs = head.unwrap().encode(&at(0.0, 3.0, PI / 2.0));
         for (found, wanted) in outputs.iter().zip([-0.5, 1.0, 1.0, 0.0, 0.0]) {
             assert!((found - wanted).abs() < 1e-6, "{outputs:?}");
         }
