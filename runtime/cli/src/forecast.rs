@@ -7,20 +7,20 @@ use mpgx_study::storage::RealDisk;
 use mpgx_study::{Part, Todo, cells, estimate, load, seconds};
 
 use crate::bytes::Bytes;
-use crate::failure::Failure;
+use crate::failure::{Exit, Failure};
 
-pub struct Forecast {
-    /// For people.
-    pub text: String,
-    /// The most that the run could take at a time.
-    pub memory: Bytes,
-}
-
-/// One line a study, then what those cells will take that are not finished yet.
-pub fn of(parts: &[&Part], folder: &Path, threads: usize) -> Result<Forecast, Failure> {
+/// One line a study, then what those cells will take that are not finished yet. Refuses what could take more than
+/// `most_memory`, before anything is spent.
+pub fn of(
+    parts: &[&Part],
+    folder: &Path,
+    threads: usize,
+    most_memory: Option<Bytes>,
+) -> Result<String, Failure> {
     let mut out = String::new();
     let (mut steps, mut updates, mut all, mut left) = (0, 0, 0, 0);
-    let (mut memory, mut disk, mut room, mut time_s) = (0.0f64, 0.0, 0.0f64, 0.0);
+    let (mut memory, mut disk, mut room) = (0.0f64, 0.0, 0.0f64);
+    let mut rests = Vec::new();
     for part in parts {
         let (plan, into) = (&part.plan, folder.join(&part.folder));
         let planned = cells(plan)?.len();
@@ -44,7 +44,13 @@ pub fn of(parts: &[&Part], folder: &Path, threads: usize) -> Result<Forecast, Fa
         room = room.max(disk + it.most_disk_bytes);
         disk += it.disk_bytes;
         memory = memory.max(it.memory_bytes);
-        time_s += seconds(plan, &todo, threads)?;
+        rests.push((plan, todo));
+    }
+    let memory = Bytes(memory);
+    if let Some(most) = most_memory.filter(|most| memory > *most) {
+        let message = format!("it could take {memory} of memory, more than {most}");
+        let help = "fewer `--threads`, a smaller `replay`, or fewer `channels` of a network that sees";
+        return Err(Failure::new(Exit::BadInput, message).help(help));
     }
     if parts.len() > 1 {
         let _ = writeln!(out, "in all {} of {}", plural(all, "cell"), plural(parts.len(), "study"));
@@ -54,16 +60,15 @@ pub fn of(parts: &[&Part], folder: &Path, threads: usize) -> Result<Forecast, Fa
             if left < all { format!(" for the {} left", plural(left, "cell")) } else { String::new() };
         let _ = writeln!(
             out,
-            "at most {} steps, {} updates, {} of memory, {} of disk ({} while it runs); about {}{already}",
+            "at most {} steps, {} updates, {memory} of memory, {} of disk ({} while it runs); about {}{already}",
             count(steps),
             count(updates),
-            Bytes(memory),
             Bytes(disk),
             Bytes(room),
-            time(time_s),
+            time(seconds(&rests, threads)?),
         );
     }
-    Ok(Forecast { text: out, memory: Bytes(memory) })
+    Ok(out)
 }
 
 /// The scenario's name and, where it is one, the variant's: `square_unison, variant wide`.

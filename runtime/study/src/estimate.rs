@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use mpgx_lang::plan::{Plan, Protocol};
+use mpgx_lang::plan::{Plan, Protocol, World};
 use mpgx_sim::{EpisodeKey, Task};
 
 use crate::cell::{Cell, Role, cells};
 use crate::error::StudyError;
-use crate::evaluation::{Driver, RECORDED, evaluate};
+use crate::evaluation::{Driver, RECORDED, evaluate, knows_all};
 use crate::folder::Study;
-use crate::localisers::{self, Time};
+use crate::localisers::{self, Measured, Time};
 use crate::run::REPORTING_MASTER;
 use crate::sight::ROOMS_SIDE_BY_SIDE;
 use crate::team;
@@ -72,7 +72,7 @@ struct OfCell {
     finished: f64,
 }
 
-/// What is left of a Plan takes, `threads` cells side by side and the networks one after the other beside them.
+/// What the rest of a Plan takes, `threads` cells side by side and the networks one after the other beside them.
 pub fn estimate(plan: &Plan, todo: &Todo, threads: usize) -> Result<Estimate, StudyError> {
     let cells = &todo.cells;
     let worlds = Worlds::new(plan)?;
@@ -95,16 +95,21 @@ pub fn estimate(plan: &Plan, todo: &Todo, threads: usize) -> Result<Estimate, St
         unfinished = unfinished.max(of.unfinished);
     }
     sum.most_disk_bytes = sum.disk_bytes + side_by_side * unfinished;
-    let (mut of_networks, mut rooms) = (0.0f64, 0.0f64);
+    let (mut of_networks, mut room) = (0.0f64, BTreeMap::new());
     for number in localisers::networks(plan) {
         let size = localisers::size(plan, number)?;
-        rooms = rooms.max(side_by_side * ROOMS_SIDE_BY_SIDE as f64 * size.room);
+        room.insert(number, size.room);
         if todo.networks.contains(&number) {
             of_networks = of_networks.max(size.memory);
             sum.disk_bytes += size.file;
             sum.most_disk_bytes += size.most_file;
         }
     }
+    // Every group that looks has a room of its own in each episode.
+    let of_world =
+        |world: &World| world.localised.iter().filter_map(|localised| room.get(&localised.via)).sum::<f64>();
+    let rooms =
+        localisers::worlds(plan).map(of_world).fold(0.0, f64::max) * side_by_side * ROOMS_SIDE_BY_SIDE as f64;
     // The report is made of all records at once.
     sum.memory_bytes =
         PROGRAM + (side_by_side * (memory + held_out) + of_networks + rooms).max(3.0 * records);
@@ -151,31 +156,38 @@ fn held_out_bytes(task: &Task, episodes: usize) -> f64 {
     episodes as f64 * (24.0 + 8.0 * terms) + trajectory * episodes.min(RECORDED as usize) as f64
 }
 
-/// Seconds that what is left takes on this machine, `threads` cells side by side: a short look at training and evaluation,
-/// which another look may contradict.
-pub fn seconds(plan: &Plan, todo: &Todo, threads: usize) -> Result<f64, StudyError> {
+/// Seconds that the rests of Plans take on this machine one after the other, `threads` cells side by side: a short look at
+/// training and evaluation, which another look may contradict.
+pub fn seconds(rests: &[(&Plan, Todo)], threads: usize) -> Result<f64, StudyError> {
+    let mut measured = Measured::default();
+    rests.iter().map(|(plan, todo)| of_rest(plan, todo, threads, &mut measured)).sum()
+}
+
+fn of_rest(plan: &Plan, todo: &Todo, threads: usize, measured: &mut Measured) -> Result<f64, StudyError> {
     let worlds = Worlds::new(plan)?;
     let mut all = 0.0;
     for learner in learners(&todo.cells) {
         let trainer = Trainer::new(&worlds.training, &plan.stages, learner[0], REPORTING_MASTER)?;
         all += learner.len() as f64 * look(plan, &worlds, trainer);
     }
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let side_by_side = threads.min(todo.cells.len()).clamp(1, cores) as f64;
+    let looks = |cell: &&Cell| cell.role == Role::Learner || !knows_all(&cell.method.what);
+    let who_look = todo.cells.iter().filter(looks).count() as f64;
     let (mut training, mut rendering, mut looking) = (0.0, 0.0, 0.0);
     for number in localisers::networks(plan) {
-        let time = localisers::time(plan, number)?;
-        if todo.networks.contains(&number) {
-            training += time.training;
-            rendering += time.rendering;
-        }
-        looking += todo.cells.len() as f64 * in_rooms(plan, number, time);
+        let time = localisers::time(plan, number, !todo.networks.contains(&number), measured)?;
+        training += time.training;
+        rendering += time.rendering;
+        looking += who_look * in_rooms(plan, number, time);
     }
-    if training == 0.0 {
-        return Ok((all + looking) / side_by_side);
-    }
-    // Networks are trained one after the other, while cells are trained and images are made on what cores there are.
-    Ok(training.max((training + rendering + all) / cores as f64) + looking / side_by_side)
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let side_by_side = threads.min(todo.cells.len()).clamp(1, cores) as f64;
+    Ok(together(all, [training, rendering], side_by_side, cores as f64) + looking / side_by_side)
+}
+
+/// Networks are trained one after the other, while `cells` are trained `side_by_side` and images are made on what cores
+/// there are.
+fn together(cells: f64, [training, rendering]: [f64; 2], side_by_side: f64, cores: f64) -> f64 {
+    (cells / side_by_side).max(training).max((training + rendering + cells) / cores)
 }
 
 /// What looking around adds to one cell's evaluations.
@@ -237,7 +249,16 @@ mod tests {
         let mut todo = Todo::of(&sample::plan(), None).unwrap();
         todo.cells.truncate(1);
         assert_eq!(estimate(&sample::plan(), &todo, 2).unwrap().steps, 30);
-        assert!(seconds(&sample::plan(), &todo, 2).unwrap() > 0.0);
+        assert!(seconds(&[(&sample::plan(), todo)], 2).unwrap() > 0.0);
+    }
+
+    /// Networks alone, cells alone, and both on fewer cores than there is work for.
+    #[test]
+    fn networks_are_trained_beside_the_cells() {
+        assert_eq!(together(0.0, [60.0, 20.0], 2.0, 2.0), 60.0);
+        assert_eq!(together(60.0, [0.0, 0.0], 2.0, 2.0), 30.0);
+        assert_eq!(together(60.0, [10.0, 5.0], 1.0, 4.0), 60.0);
+        assert_eq!(together(60.0, [50.0, 20.0], 2.0, 2.0), 65.0);
     }
 
     /// A study without its report and its small text files.

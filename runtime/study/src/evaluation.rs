@@ -70,10 +70,14 @@ pub(crate) fn evaluate(
 }
 
 impl Driver<'_> {
-    /// Whether it is what others are measured by, and so is not misled by a localiser.
     fn knows_all(&self) -> bool {
-        matches!(self, Driver::Controller(what) if ["oracle", "clairvoyant"].contains(&what.name.as_str()))
+        matches!(self, Driver::Controller(what) if knows_all(what))
     }
+}
+
+/// Whether a controller is what others are measured by, and so is not misled by a localiser.
+pub(crate) fn knows_all(controller: &Extern) -> bool {
+    ["oracle", "clairvoyant"].contains(&controller.name.as_str())
 }
 
 /// Who commands the episodes that run side by side.

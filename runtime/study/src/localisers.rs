@@ -60,10 +60,10 @@ pub(crate) struct Size {
     pub most_file: f64,
 }
 
-/// What a network takes, s: a short look, which another look may contradict.
+/// What a network takes on this machine, s: a short look, which another look may contradict.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Time {
-    /// Its training, and beside it making the images.
+    /// Its training, and beside it making the images; 0 if it is trained.
     pub training: f64,
     pub rendering: f64,
     /// In an evaluation: a room, and each look around in it.
@@ -105,15 +105,19 @@ pub(crate) fn prepare(
 }
 
 #[cfg(feature = "vision")]
-pub(crate) use train::{size, time};
+pub(crate) use train::{Measured, size, time};
 
 #[cfg(not(feature = "vision"))]
 pub(crate) fn size(plan: &Plan, number: usize) -> Result<Size, StudyError> {
     check_network(plan, number).map(|()| Size::default())
 }
 
+/// What was measured of networks, so that of equal ones in several variants one is looked at.
 #[cfg(not(feature = "vision"))]
-pub(crate) fn time(plan: &Plan, number: usize) -> Result<Time, StudyError> {
+pub(crate) type Measured = Vec<Time>;
+
+#[cfg(not(feature = "vision"))]
+pub(crate) fn time(plan: &Plan, number: usize, _: bool, _: &mut Measured) -> Result<Time, StudyError> {
     check_network(plan, number).map(|()| Time::default())
 }
 
@@ -133,7 +137,7 @@ fn network(
 }
 
 /// The world of each protocol.
-fn worlds(plan: &Plan) -> impl Iterator<Item = &World> {
+pub(crate) fn worlds(plan: &Plan) -> impl Iterator<Item = &World> {
     plan.protocols.iter().map(|protocol| protocol.world.as_deref().unwrap_or(&plan.world))
 }
 

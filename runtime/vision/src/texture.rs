@@ -40,6 +40,11 @@ impl Texture {
         self.levels.last().and_then(|level| level.texels.first()).map_or(BLACK, |&[r, g, b, _]| [r, g, b])
     }
 
+    #[cfg(test)]
+    pub fn texels(&self) -> usize {
+        self.levels.iter().map(|level| level.texels.len()).sum()
+    }
+
     /// Texels of the finest table across the whole width.
     pub fn width(&self) -> f32 {
         self.levels.first().map_or(1.0, |level| level.width as f32)

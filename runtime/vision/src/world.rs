@@ -339,3 +339,22 @@ fn beside(face: Face, room: &Room, solid: &Solid) -> bool {
     let away: f32 = (0..3).map(|i| normal[i] * (solid.centre[i] - on[i])).sum();
     away - solid.shape.reach(normal) < 0.3
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_room_holds_as_many_texels_as_told() {
+        for (room_x_m, room_y_m, room_height_m) in [(8.0, 7.0, 2.8), (3.0, 2.5, 4.0), (20.0, 15.0, 3.0)] {
+            let landmarks = Vec::new();
+            let world =
+                WorldConfig { room_x_m, room_y_m, room_height_m, landmarks, ..WorldConfig::default() };
+            let key = TrialKey { master: 1, protocol: 0, seed: 0, episode: 0 };
+            let scene = Scene::new(&world, &CameraConfig::default(), TimeOfDay::Morning, key).unwrap();
+            let texels: usize = scene.faces.iter().map(Texture::texels).sum();
+            let ratio = world.scene_bytes() / (texels * std::mem::size_of::<[f32; 4]>()) as f64;
+            assert!((0.95..1.05).contains(&ratio), "{ratio}");
+        }
+    }
+}

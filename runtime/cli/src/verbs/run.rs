@@ -129,12 +129,8 @@ fn forecast_and_run<'a>(jobs: &'a [Job], folder: &Path, args: &Args) -> Result<O
         options.threads = threads as usize;
     }
     let parts: Vec<&Part> = jobs.iter().map(|job| &job.part).collect();
-    let forecast = forecast::of(&parts, folder, options.threads)?;
-    eprint!("{}", fold(&forecast.text, 2, width_of_stderr()));
-    if let Some(most) = args.max_memory.filter(|most| forecast.memory > *most) {
-        let message = format!("it could take {} of memory, more than {most}", forecast.memory);
-        return Err(Failure::new(Exit::BadInput, message).help("fewer `--threads`, or a smaller `replay`"));
-    }
+    let told = forecast::of(&parts, folder, options.threads, args.max_memory)?;
+    eprint!("{}", fold(&told, 2, width_of_stderr()));
     if args.dry_run {
         return Ok(None);
     }
@@ -318,7 +314,7 @@ mod tests {
             }
         }
         let parts = chosen(&plan(), &args("--seeds 3")).unwrap();
-        let left = forecast::of(&parts.iter().collect::<Vec<_>>(), folder.path(), 1).unwrap().text;
+        let left = forecast::of(&parts.iter().collect::<Vec<_>>(), folder.path(), 1, None).unwrap();
         assert!(
             left.contains("in all 24 cells of 3 studies") && left.contains("for the 4 cells left"),
             "{left}"

@@ -80,18 +80,31 @@ pub(crate) fn size(plan: &Plan, number: usize) -> Result<Size, StudyError> {
     })
 }
 
-pub(crate) fn time(plan: &Plan, number: usize) -> Result<Time, StudyError> {
+pub(crate) type Measured = Vec<((TrainConfig, TrialsConfig, bool), Time)>;
+
+pub(crate) fn time(
+    plan: &Plan,
+    number: usize,
+    trained: bool,
+    measured: &mut Measured,
+) -> Result<Time, StudyError> {
     let Some(localiser) = plan.localisers.get(number) else { return Ok(Time::default()) };
     let (config, trials) = configured(plan, localiser, number, 0)?;
-    let cost = network::cost(&config, &trials).map_err(|why| wrong(localiser, &why))?;
-    let images = config.steps as f64 * config.batch as f64 / trials.passes as f64;
-    let trial_s = cost.trial_s / trials.images as f64;
-    Ok(Time {
-        training: config.steps as f64 * cost.step_s,
-        rendering: images * (cost.image_s + trial_s),
-        room: cost.trial_s,
-        look: cost.image_s + cost.answer_s,
-    })
+    let key = (config, trials, trained);
+    if let Some((_, time)) = measured.iter().find(|(other, _)| *other == key) {
+        return Ok(*time);
+    }
+    let (config, trials, _) = &key;
+    let wrong = |why: NetworkError| wrong(localiser, &why);
+    let look = network::look_cost(config, trials).map_err(wrong)?;
+    let mut time = Time { room: look.trial_s, look: look.image_s + look.answer_s, ..Time::default() };
+    if !trained {
+        let images = config.steps as f64 * config.batch as f64 / trials.passes as f64;
+        time.training = config.steps as f64 * network::step_cost(config, trials).map_err(wrong)?;
+        time.rendering = images * (look.image_s + look.trial_s / trials.images as f64);
+    }
+    measured.push((key, time));
+    Ok(time)
 }
 
 /// How a network is trained, and on what.

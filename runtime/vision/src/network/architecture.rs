@@ -241,6 +241,20 @@ mod tests {
         }
     }
 
+    /// By hand, stem and stages, for one channel, 32 × 32 pixels and then as many channels and pixels as told.
+    #[test]
+    fn all_that_layers_tell_is_counted() {
+        let small = ResNetConfig { stem: Stem::Small, channels: 1, width_px: 32, height_px: 32, depth: 18 };
+        let shallow = 3_072 + (12_288 + 7_168 + 3_584 + 1_792);
+        assert_eq!(small.features(), shallow);
+        let deep = 3_072 + (63_488 + 45_568 + 32_000 + 9_088);
+        assert_eq!(ResNetConfig { depth: 50, ..small }.features(), deep);
+        assert_eq!(ResNetConfig { channels: 5, ..small }.features(), 5 * shallow);
+        // The standard stem halves twice: once before its own features, once after.
+        let standard = ResNetConfig { stem: Stem::Standard, width_px: 128, height_px: 128, ..small };
+        assert_eq!(standard.features(), shallow + 3 * (64 * 64 - 32 * 32));
+    }
+
     #[test]
     fn what_is_no_residual_network_is_refused() {
         let good = ResNetConfig::default();

@@ -19,7 +19,7 @@ mod train;
 mod weights;
 
 pub use architecture::{ResNetConfig, Stem};
-pub use cost::{Cost, Size, cost, size};
+pub use cost::{LookCost, Size, look_cost, size, step_cost};
 pub use error::NetworkError;
 pub use eval::{HeldOut, answers, held_out, reliability};
 pub use images::{ImageSet, Source, SourceRecord};

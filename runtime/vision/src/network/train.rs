@@ -209,6 +209,10 @@ fn planned(config: &TrainConfig, source: &Source) -> Result<NetworkRecord, Netwo
 }
 
 /// A network before its first step.
+pub(crate) fn untrained(config: &TrainConfig, source: &Source) -> Result<Weights, NetworkError> {
+    planned(config, source).map(fresh)
+}
+
 fn fresh(record: NetworkRecord) -> Weights {
     let layout = record.training.network.layout(record.head.numbers());
     let seed = record.training.seed;

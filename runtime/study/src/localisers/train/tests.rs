@@ -1,8 +1,9 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use mpgx_lang::plan::{Extern, Localiser, Place, Plan, Setting};
+use mpgx_lang::plan::{Extern, Localised, Localiser, Place, Plan, Setting};
 
+use crate::estimate::{Todo, estimate, seconds};
 use crate::progress::Progress;
 use crate::record::LocaliserRecord;
 use crate::run::{Options, Outcome, run};
@@ -63,6 +64,8 @@ fn a_network_is_trained_once_and_goes_on_where_it_was() {
     let (plan, whole) = (plan(), SimulatedDisk::default());
     let hash = sample::hash_of(&whole, &plan);
     let study = crate::load(&whole).unwrap();
+    assert_eq!(Todo::of(&plan, None).unwrap().networks, [0]);
+    assert!(Todo::of(&plan, Some(&study)).unwrap().networks.is_empty());
     let record = &study.localisers["eyes"];
     assert_eq!((record.images, record.steps.as_slice()), (12, [1, 2, 3].as_slice()));
     let told = study.records.values().filter_map(|record| record.protocols["random"].told.as_ref());
@@ -84,4 +87,37 @@ fn a_network_is_trained_once_and_goes_on_where_it_was() {
     assert_eq!(sample::hash_of(&parts, &plan), hash);
     let again = crate::load(&parts).unwrap();
     assert_eq!(again.localisers["eyes"], *record);
+}
+
+/// The other localiser is asked by nobody; a second group that looks has rooms of its own.
+#[test]
+fn the_forecast_counts_networks_and_rooms_that_are_needed() {
+    let mut plan = plan();
+    let memory = |plan: &Plan, todo: &Todo, threads| estimate(plan, todo, threads).unwrap().memory_bytes;
+    let mut todo = Todo::of(&plan, None).unwrap();
+    let room = super::size(&plan, 0).unwrap().room;
+    let one = memory(&plan, &todo, 1);
+    assert!(memory(&plan, &todo, 2) > one + 8.0 * room);
+    plan.localisers.push(Localiser { name: "others".into(), ..plan.localisers[0].clone() });
+    assert_eq!(Todo::of(&plan, None).unwrap().networks, [0]);
+    todo.networks.clear();
+    assert_eq!(one - memory(&plan, &todo, 1), super::size(&plan, 0).unwrap().memory);
+    let world = plan.protocols[0].world.as_mut().unwrap();
+    world.localised.push(Localised { group: 0, ..world.localised[0].clone() });
+    let two = memory(&plan, &todo, 1) + super::size(&plan, 0).unwrap().memory;
+    assert!((two - one - 8.0 * room).abs() < 1.0, "{two} and {one} with rooms of {room}");
+}
+
+#[test]
+fn equal_networks_are_measured_once_and_those_that_are_trained_not_at_all() {
+    let (plan, mut measured) = (plan(), Vec::new());
+    let first = super::time(&plan, 0, false, &mut measured).unwrap();
+    assert_eq!(super::time(&plan.clone(), 0, false, &mut measured).unwrap(), first);
+    assert_eq!(measured.len(), 1);
+    assert!([first.training, first.rendering, first.room, first.look].iter().all(|time| *time > 0.0));
+    let trained = super::time(&plan, 0, true, &mut measured).unwrap();
+    assert_eq!((trained.training, trained.rendering), (0.0, 0.0));
+    assert!(trained.room > 0.0 && trained.look > 0.0);
+    let rest = (&plan, Todo::of(&plan, None).unwrap());
+    assert!(seconds(&[rest], 2).unwrap() > first.room);
 }
