@@ -70,7 +70,7 @@ pub(super) fn network(
 pub(crate) fn size(plan: &Plan, number: usize) -> Result<Size, StudyError> {
     let Some(localiser) = plan.localisers.get(number) else { return Ok(Size::default()) };
     let (config, trials) = configured(plan, localiser, number, 0)?;
-    let network::Size { memory, file, most_file, .. } = network::size(&config, &trials);
+    let network::Size { memory, file, most_file } = network::size(&config, &trials);
     let [memory, file, most_file] = [memory, file, most_file].map(|bytes| bytes as f64);
     Ok(Size {
         memory,
