@@ -76,8 +76,15 @@ async function playback(page, fault, calm) {
   await player.locator('[data-do=play]').focus();
   await page.keyboard.press('Space');
   if (await moves() !== calm) fault(calm ? 'Space does not play' : 'Space does not pause');
+  await slider.focus();
   await page.keyboard.press('Space');
-  if (await moves() === calm) fault(calm ? 'Space does not pause' : 'Space does not play on');
+  if (await moves() === calm) fault(calm ? 'Space on the slider does not pause' : 'Space on the slider does not play on');
+  const loop = player.locator('[data-choice=loop]');
+  const looped = await loop.isChecked();
+  await loop.focus();
+  await page.keyboard.press('Space');
+  if (await loop.isChecked() === looped) fault('Space does not tick the box');
+  if (await moves() === calm) fault('Space on the box plays or pauses');
 }
 
 // What is wider than its place, on paper or on a narrow screen.
@@ -133,7 +140,12 @@ async function check(browser, file) {
   const fault = (what) => faults.push(`${name}, without scripts: ${what}`);
   const context = await browser.newContext({ javaScriptEnabled: false });
   const page = await open(context, url, fault);
-  if ((await page.locator('main').innerText()).length < 500) fault('says hardly anything');
+  const shown = (what) => page.locator(`main :is(${what})`).filter({ visible: true });
+  // The words of what is hidden would count as well, were all of it hidden.
+  if ((await shown('h1, p, td').allInnerTexts()).join('').length < 500) fault('says hardly anything');
+  for (const what of ['figure svg', 'table', 'math']) {
+    if (await page.locator(`main ${what}`).count() > 0 && await shown(what).count() === 0) fault(`shows no ${what}`);
+  }
   await context.close();
 }
 
