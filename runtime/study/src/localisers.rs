@@ -63,7 +63,7 @@ pub(crate) struct Size {
 /// What a network takes on this machine, s: a short look, which another look may contradict.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Time {
-    /// Its training, and beside it making the images; 0 if it is trained.
+    /// Its training with its measures, and beside it making the images; 0 if it is trained.
     pub training: f64,
     pub rendering: f64,
     /// In an evaluation: a room, and each look around in it.

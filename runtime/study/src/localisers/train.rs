@@ -99,9 +99,12 @@ pub(crate) fn time(
     let look = network::look_cost(config, trials).map_err(wrong)?;
     let mut time = Time { room: look.trial_s, look: look.image_s + look.answer_s, ..Time::default() };
     if !trained {
-        let images = config.steps as f64 * config.batch as f64 / trials.passes as f64;
-        time.training = config.steps as f64 * network::step_cost(config, trials).map_err(wrong)?;
-        time.rendering = images * (look.image_s + look.trial_s / trials.images as f64);
+        let (epochs, epoch_s) = (network::epochs(config, trials), look.epoch_s(trials));
+        let learning_s = config.steps as f64 * network::step_cost(config, trials).map_err(wrong)?;
+        let measuring_s = network::measuring_s(&look, trials, HELD_OUT).map_err(wrong)?;
+        // The first epoch is made before anything can be learnt from it.
+        time.training = epoch_s + learning_s + measuring_s;
+        time.rendering = epochs.saturating_sub(1) as f64 * epoch_s;
     }
     measured.push((key, time));
     Ok(time)

@@ -64,6 +64,19 @@ pub struct LookCost {
     pub answer_s: f64,
 }
 
+impl LookCost {
+    /// Making the images of an epoch of training, s.
+    pub fn epoch_s(&self, trials: &TrialsConfig) -> f64 {
+        trials.trials as f64 * (self.trial_s + trials.images as f64 * self.image_s)
+    }
+}
+
+/// Epochs whose images a training makes, the last of them whole like all others.
+pub fn epochs(config: &TrainConfig, trials: &TrialsConfig) -> u64 {
+    let pass_steps = (trials.trials * trials.images / config.batch).max(1);
+    config.steps.div_ceil((trials.passes * pass_steps) as u64)
+}
+
 /// Renders a few images, and answers for them with a network that has learnt nothing yet.
 pub fn look_cost(config: &TrainConfig, trials: &TrialsConfig) -> Result<LookCost, NetworkError> {
     let began = Instant::now();
@@ -142,6 +155,16 @@ mod tests {
             let ratio = told as f64 / held as f64;
             assert!((0.8..1.1).contains(&ratio), "{told} for {held}");
         }
+    }
+
+    /// 18 batches of 4 are in two passes over 36 images.
+    #[test]
+    fn epochs_are_made_whole() {
+        let trials = TrialsConfig { images: 12, trials: 3, passes: 2, ..small().1 };
+        let of = |steps| epochs(&TrainConfig { steps, ..small().0 }, &trials);
+        assert_eq!([1, 18, 19, 36, 37].map(of), [1, 1, 2, 2, 3]);
+        let look = LookCost { trial_s: 10.0, image_s: 1.0, answer_s: 100.0 };
+        assert_eq!(look.epoch_s(&trials), 66.0);
     }
 
     /// A training of one step, too.

@@ -1,5 +1,6 @@
 //! How good a network is on images that it has not seen, beside what does not learn.
 
+use super::cost::LookCost;
 use super::error::NetworkError;
 use super::localise::Localiser;
 use super::pose_head::Estimate;
@@ -103,10 +104,39 @@ pub fn reliability(
     Ok(Reliability::of(&runs))
 }
 
+/// What [`held_out`] and [`reliability`] take together, s, but for looking for the most similar image.
+pub fn measuring_s(look: &LookCost, trials: &TrialsConfig, count: u32) -> Result<f64, NetworkError> {
+    let frames = trials.trial(Split::Training, 0)?.frames;
+    let known = KNOWN_TRIALS as usize * frames.div_ceil(KNOWN_EVERY);
+    // Each in both, and in the second the image after it.
+    let told = 3 * count as usize * trials.images.min(frames);
+    let rooms = f64::from(KNOWN_TRIALS + 2 * count);
+    Ok(rooms * look.trial_s + (known + told) as f64 * look.image_s + told as f64 * look.answer_s)
+}
+
 /// How far a planar robot's x, y and heading are told off, over the spreads.
 fn error(truth: PoseQ, estimate: &Estimate) -> [f64; 3] {
     let (truth, Fix { pose: [x, y, heading], spread }) = (truth.planar(), estimate.fix());
     let turn = libm::remainder(heading - truth.heading_rad, std::f64::consts::TAU);
     let off = [x - truth.x_m, y - truth.y_m, turn];
     std::array::from_fn(|k| off[k] / spread[k])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::CameraConfig;
+
+    /// Retrieval knows every sixth frame of 27 trials; three times eight images of four trials are answered for.
+    #[test]
+    fn measuring_takes_what_its_rooms_images_and_answers_take() {
+        let camera = CameraConfig { width_px: 16, height_px: 16, ..CameraConfig::default() };
+        let trials = TrialsConfig { camera, duration_s: 2.0, images: 8, ..TrialsConfig::default() };
+        let frames = trials.trial(Split::Training, 0).unwrap().frames;
+        let of = |look| measuring_s(&look, &trials, 4).unwrap();
+        let nothing = LookCost::default();
+        assert_eq!(of(LookCost { trial_s: 1.0, ..nothing }), 27.0 + 8.0);
+        assert_eq!(of(LookCost { image_s: 1.0, ..nothing }), (27 * frames.div_ceil(6) + 3 * 4 * 8) as f64);
+        assert_eq!(of(LookCost { answer_s: 1.0, ..nothing }), 96.0);
+    }
 }

@@ -19,9 +19,9 @@ mod train;
 mod weights;
 
 pub use architecture::{ResNetConfig, Stem};
-pub use cost::{LookCost, Size, look_cost, size, step_cost};
+pub use cost::{LookCost, Size, epochs, look_cost, size, step_cost};
 pub use error::NetworkError;
-pub use eval::{HeldOut, answers, held_out, reliability};
+pub use eval::{HeldOut, answers, held_out, measuring_s, reliability};
 pub use images::{ImageSet, Source, SourceRecord};
 pub use localise::Localiser;
 pub use loss::Weighting;
