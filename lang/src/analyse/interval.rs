@@ -397,4 +397,15 @@ mod tests {
         assert!((found.low - 2.0).abs() < 1e-9 && (found.high - 6.0).abs() < 1e-9, "{found:?}");
         assert_eq!(Interval::new(1.0, 2.0).summed(0, 1), Interval::new(0.0, 2.0));
     }
+
+    /// Seen to fail when one of the two is enough: finite, or longer than a point.
+    #[test]
+    fn points_and_endless_intervals_stay_whole() {
+        for whole in [Interval::point(1.0), Interval::ALL, Interval::new(0.0, f64::INFINITY)] {
+            assert_eq!(whole.pieces(3), [whole]);
+        }
+        let thirds = Interval::new(0.0, 3.0).pieces(3);
+        assert_eq!([thirds[0].low, thirds[1].low, thirds[2].low, thirds[2].high], [0.0, 1.0, 2.0, 3.0]);
+        assert!(thirds[0].high < 1.0 && thirds[1].high < 2.0);
+    }
 }
