@@ -8,6 +8,9 @@ use signal_hook::iterator::Signals;
 
 use crate::failure::{Exit, Failure};
 
+/// Bytes of the stack of who only waits.
+const STACK: usize = 1 << 18;
+
 /// A flag that the first Ctrl-C, SIGTERM, SIGHUP or SIGUSR1 (which batch systems send before the time is up) raises; a
 /// second one stops at once.
 ///
@@ -26,6 +29,6 @@ pub fn flag() -> Result<Arc<AtomicBool>, Failure> {
             eprintln!("\nstopping at the next checkpoint; once more stops at once");
         }
     };
-    std::thread::Builder::new().name("signals".into()).spawn(listen).map_err(deaf)?;
+    std::thread::Builder::new().name("signals".into()).stack_size(STACK).spawn(listen).map_err(deaf)?;
     Ok(flag)
 }

@@ -1,6 +1,7 @@
 //! Running a study: its cells side by side, each finished one written at once, all of it taken up again
 //! where an earlier run stopped.
 
+use std::fmt::Display;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -136,7 +137,8 @@ pub(crate) fn run_cells(
 /// for the localisers. Gives how many cells are finished.
 fn all_cells(work: &Work, cells: &[Cell], threads: usize) -> Result<usize, StudyError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build();
-    let pool = pool.map_err(|why| StudyError::Threads { threads, cause: why.to_string() })?;
+    let refused = |why: &dyn Display| StudyError::Threads { threads, cause: why.to_string() };
+    let pool = pool.map_err(|why| refused(&why))?;
     let results = Mutex::new(Vec::new());
     let keep = |result: Result<bool, StudyError>| {
         if result.is_err() {
@@ -146,7 +148,10 @@ fn all_cells(work: &Work, cells: &[Cell], threads: usize) -> Result<usize, Study
     };
     // On a thread of its own: one of the pool would take up whole cells wherever a network waits for its other threads.
     std::thread::scope(|scope| {
-        scope.spawn(|| keep(work.localisers().map(|()| false)));
+        let localisers = || keep(work.localisers().map(|()| false));
+        if let Err(why) = std::thread::Builder::new().spawn_scoped(scope, localisers) {
+            keep(Err(refused(&why)));
+        }
         pool.scope_fifo(|scope| {
             for cell in cells {
                 scope.spawn_fifo(|_| keep(work.cell(cell)));

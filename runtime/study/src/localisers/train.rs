@@ -161,6 +161,9 @@ fn train(
     };
     let trained = network::train(config, &source, kept, KEEP_STEPS, &mut keep, &mut watch);
     let weights = trained.map_err(|stopped| match stopped {
+        Stopped::Network(NetworkError::Threads(why)) => {
+            StudyError::Threads { threads: 2, cause: why.to_string() }
+        }
         Stopped::Network(why) => wrong(localiser, &why),
         Stopped::Storage(why) => why.into(),
     })?;

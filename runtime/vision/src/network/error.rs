@@ -25,6 +25,9 @@ pub enum NetworkError {
     #[error("there are no images to {what}")]
     NoImages { what: &'static str },
 
+    #[error("cannot start threads: {0}")]
+    Threads(io::Error),
+
     #[error("an estimate is not a number")]
     NotFinite,
 

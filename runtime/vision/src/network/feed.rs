@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::thread::Scope;
+use std::thread::{Builder, Scope};
 
 use mpgx_random::{Address, Purpose};
 
@@ -33,17 +33,19 @@ pub(crate) fn batches<'scope, 'env>(
     source: &'env Source,
     steps: Range<u64>,
     pass_steps: u64,
-) -> Receiver<Made<Batch>> {
+) -> Made<Receiver<Made<Batch>>> {
     let (send_set, sets) = sync_channel(0);
     let (send_batch, batches) = sync_channel(4);
     let epoch_steps = pass_steps * source.passes();
     let epochs = steps.start / epoch_steps..steps.end.div_ceil(epoch_steps);
-    scope.spawn(move || {
+    let render = move || {
         // A failed send means that nobody learns any more.
         let _ = epochs.map(|epoch| source.epoch(epoch as u32)).try_for_each(|set| send_set.send(set));
-    });
-    scope.spawn(move || cut(config, head, &sets, steps, [pass_steps, epoch_steps], &send_batch));
-    batches
+    };
+    let cut = move || cut(config, head, &sets, steps, [pass_steps, epoch_steps], &send_batch);
+    Builder::new().spawn_scoped(scope, render).map_err(NetworkError::Threads)?;
+    Builder::new().spawn_scoped(scope, cut).map_err(NetworkError::Threads)?;
+    Ok(batches)
 }
 
 fn cut(

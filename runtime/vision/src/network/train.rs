@@ -145,7 +145,7 @@ pub fn train<E: From<NetworkError>>(
     let pass_steps = (images(source) / config.batch) as u64;
 
     std::thread::scope(|scope| {
-        for batch in batches(scope, config, &head, source, start..config.steps, pass_steps) {
+        for batch in batches(scope, config, &head, source, start..config.steps, pass_steps)? {
             let batch = batch?;
             let step = batch.step;
             let progress;

@@ -155,6 +155,7 @@ impl From<NetworkError> for Failure {
         let exit = match error {
             NetworkError::Io { .. } | NetworkError::Dataset(_) | NetworkError::BadWeights { .. } => Exit::Io,
             NetworkError::Diverged { .. } | NetworkError::NotFinite => Exit::NotAsExpected,
+            NetworkError::Threads(_) => Exit::Internal,
             _ => Exit::BadInput,
         };
         Failure::new(exit, error.to_string())
