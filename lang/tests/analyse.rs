@@ -114,13 +114,15 @@ fn gap() -> Expr {
     negated(apart(AgentRef::Fixed(0), FOLLOWER))
 }
 
-fn where_is_the_best(reward: Vec<Expr>, obstacles: usize) -> Vec<&'static str> {
-    let plan = plan(1, obstacles, reward);
-    let problems = found(&plan, |scene, ground| {
+fn best_of(plan: &Plan) -> Vec<Problem> {
+    found(plan, |scene, ground| {
         let endless = Scene::new(scene.plan, scene.world, Mode::Endless);
         optimum(scene, &endless, &influence::movers(scene), ground);
-    });
-    problems.iter().map(|problem| problem.code.name).collect()
+    })
+}
+
+fn where_is_the_best(reward: Vec<Expr>, obstacles: usize) -> Vec<&'static str> {
+    best_of(&plan(1, obstacles, reward)).iter().map(|problem| problem.code.name).collect()
 }
 
 #[test]
@@ -180,14 +182,8 @@ fn each_member_of_a_group_counts_for_itself() {
         let one = sum(3, IndexSet::Obstacles, apart(var(2), var(3)));
         binary(BinaryOp::Mul, number(k), sum(2, IndexSet::Group(1), one))
     };
-    let best = |reward| {
-        let plan = plan(3, 2, reward);
-        let problems = found(&plan, |scene, ground| {
-            let endless = Scene::new(scene.plan, scene.world, Mode::Endless);
-            optimum(scene, &endless, &influence::movers(scene), ground);
-        });
-        problems.iter().map(|problem| problem.code.name).collect::<Vec<_>>()
-    };
+    let best =
+        |reward| best_of(&plan(3, 2, reward)).iter().map(|problem| problem.code.name).collect::<Vec<_>>();
     assert_eq!(best(vec![gaps.clone(), avoid(0.4)]), ["avoidance-without-effect"]);
     assert_eq!(best(vec![gaps.clone(), avoid(0.6)]), ["fleeing-pays"]);
     // Learned agents keep away from each other: where all of them are best is another question.
@@ -199,6 +195,38 @@ fn each_member_of_a_group_counts_for_itself() {
         body: boxed(apart(var(4), var(5))),
     };
     assert!(best(vec![gaps, pairs]).is_empty());
+}
+
+/// All pairs of agents: the follower and the leader once, the follower and each of two beacons.
+#[test]
+fn pairs_of_two_groups_count_as_often_as_there_are() {
+    let best = |k: f64| {
+        let pairs = Expr::Reduce {
+            op: Reduction::Sum,
+            vars: vec![Binder { id: 4, name: "i".into() }, Binder { id: 5, name: "j".into() }],
+            over: IndexSet::Pairs(Box::new(IndexSet::All)),
+            filter: None,
+            body: boxed(apart(AgentRef::Var(4), AgentRef::Var(5))),
+        };
+        let mut plan = plan(1, 0, vec![gap(), binary(BinaryOp::Mul, number(k), pairs)]);
+        plan.world.groups.push(group("beacon", 2, Control::Still, vector(-3.0, 0.0)));
+        best_of(&plan).iter().map(|problem| problem.code.name).collect::<Vec<_>>()
+    };
+    assert_eq!(best(0.32), ["avoidance-without-effect"]);
+    assert_eq!(best(0.35), ["fleeing-pays"]);
+}
+
+/// In the middle of a square of three metres, the nearest outline is a metre and a half away.
+#[test]
+fn clearance_is_as_low_as_a_polygon_is_deep() {
+    let mut plan = plan(1, 1, vec![Expr::Clearance(FOLLOWER, AgentRef::Fixed(2))]);
+    let corners_m = vec![(-1.5, -1.5), (1.5, -1.5), (1.5, 1.5), (-1.5, 1.5)];
+    let [.., follower, obstacle] = plan.world.groups.as_mut_slice() else { panic!("no groups") };
+    follower.control = Control::Still;
+    follower.start = obstacle.start.clone();
+    obstacle.solid = Some(Solid::Polygon { corners_m });
+    let reward = bounds(&Scene::new(&plan, &plan.world, Mode::Training)).reward;
+    assert!(reward.low <= -1.5 && reward.low > -1.51, "{reward:?}");
 }
 
 // Distances.

@@ -8,7 +8,7 @@ use mpgx_lang::analyse::scene::{Mode, Scene};
 use mpgx_lang::plan::{
     AgentRef, Area, BinaryOp, Binder, Constraint, Control, Distribution, End, Expr, Extern, Formation, Frame,
     Function, Graph, Group, IndexSet, Motion, MotionOutput, MotionState, Param, Place, Plan, Quantity,
-    Reduction, Setting, Slots, Term, UnaryOp, World, WorldConstant,
+    Reduction, Setting, Slots, Solid, Term, UnaryOp, World, WorldConstant,
 };
 use mpgx_random::{Address, Purpose, Stream};
 use mpgx_sim::{EpisodeKey, Task};
@@ -126,11 +126,20 @@ fn no_state_of_a_random_world_is_outside_its_bounds() {
     assert!(2 * finite > terms, "bounds that are infinite prove nothing: {finite} of {terms}");
 }
 
-/// Makes worlds: a leader, two followers, and terms of all kinds.
+/// Makes worlds: a leader, two followers, two obstacles of one outline, and terms of all kinds.
 struct Generator<'r> {
     random: &'r mut Stream,
-    vars: Vec<usize>,
+    vars: Vec<(usize, Who)>,
     next_var: usize,
+}
+
+/// Who a variable stands for.
+#[derive(Clone, Copy, PartialEq)]
+enum Who {
+    Agent,
+    Follower,
+    Neighbour,
+    Obstacle,
 }
 
 fn boxed(expr: Expr) -> Box<Expr> {
@@ -159,27 +168,72 @@ impl Generator<'_> {
     }
 
     fn agent(&mut self) -> AgentRef {
-        match self.pick(2) {
-            0 if !self.vars.is_empty() => AgentRef::Var(self.vars[self.vars.len() - 1]),
+        match self.vars.last() {
+            Some((var, who)) if *who != Who::Obstacle && pick(self.random, 2) == 0 => AgentRef::Var(*var),
             _ => AgentRef::Fixed(self.pick(3)),
+        }
+    }
+
+    fn follower(&mut self) -> AgentRef {
+        match self.vars.last() {
+            Some((var, Who::Follower)) => AgentRef::Var(*var),
+            _ => AgentRef::Fixed(1 + self.pick(2)),
+        }
+    }
+
+    fn obstacle(&mut self) -> AgentRef {
+        match self.vars.last() {
+            Some((var, Who::Obstacle)) => AgentRef::Var(*var),
+            _ => AgentRef::Fixed(3 + self.pick(2)),
+        }
+    }
+
+    fn anyone(&mut self) -> AgentRef {
+        if self.pick(4) == 0 { self.obstacle() } else { self.agent() }
+    }
+
+    /// Of two agents, or of an agent and an obstacle.
+    fn clearance(&mut self) -> Expr {
+        let (agent, other) = (self.agent(), self.obstacle());
+        match self.pick(5) {
+            0 => Expr::Clearance(agent, self.agent()),
+            1 => Expr::Clearance(other, agent),
+            _ => Expr::Clearance(agent, other),
+        }
+    }
+
+    /// The distance that two neighbours of the formation should have.
+    fn rest(&mut self) -> Expr {
+        match self.vars.as_slice() {
+            [.., (a, Who::Neighbour), (b, Who::Neighbour)] => {
+                Expr::Rest(0, AgentRef::Var(*a), AgentRef::Var(*b))
+            }
+            _ => Expr::Rest(0, AgentRef::Fixed(0), AgentRef::Fixed(1 + self.pick(2))),
         }
     }
 
     fn number(&mut self, depth: usize) -> Expr {
         if depth == 0 {
-            return match self.pick(6) {
+            return match self.pick(12) {
                 0 => Expr::Time,
                 1 => Expr::Param(0),
-                2 => Expr::World(WorldConstant::Dt),
+                2 => {
+                    let constants = [WorldConstant::Dt, WorldConstant::Safety, WorldConstant::Horizon];
+                    Expr::World(constants[self.pick(3)])
+                }
                 3 => Expr::Agent(Quantity::Heading, self.agent()),
                 4 => Expr::Call(Function::X, vec![self.vector(0)]),
+                5 => Expr::Call(Function::Y, vec![self.vector(0)]),
+                6 | 7 => self.clearance(),
+                8 => self.rest(),
+                9 => Expr::MemberNumber(self.anyone()),
                 _ => Expr::Number(self.constant()),
             };
         }
         let deeper = depth - 1;
         let at_least_a_bit =
             |of: Expr| binary(BinaryOp::Add, Expr::Call(Function::Abs, vec![of]), Expr::Number(0.1));
-        match self.pick(19) {
+        match self.pick(22) {
             0 => binary(BinaryOp::Add, self.number(deeper), self.number(deeper)),
             1 => binary(BinaryOp::Sub, self.number(deeper), self.number(deeper)),
             2 => binary(BinaryOp::Mul, self.number(deeper), self.number(deeper)),
@@ -219,7 +273,13 @@ impl Generator<'_> {
                 let two = [Function::Dot, Function::Cross];
                 Expr::Call(two[self.pick(2)], vec![self.vector(deeper), self.vector(deeper)])
             }
-            16 => Expr::If {
+            16 => Expr::Element(
+                (0..1 + self.pick(3)).map(|_| self.number(deeper)).collect(),
+                boxed(self.number(deeper)),
+            ),
+            17 => Expr::Call(Function::Sqrt, vec![at_least_a_bit(self.number(deeper))]),
+            18 => Expr::Call(Function::Tan, vec![Expr::Call(Function::Tanh, vec![self.number(deeper)])]),
+            19 => Expr::If {
                 condition: boxed(self.truth(deeper)),
                 then: boxed(self.number(deeper)),
                 otherwise: boxed(self.number(deeper)),
@@ -240,12 +300,24 @@ impl Generator<'_> {
                 Expr::Number(1.0)
             };
         }
-        let sets = [IndexSet::All, IndexSet::Group(1), IndexSet::Pairs(boxed_set(IndexSet::All))];
-        let over = sets[self.pick(3)].clone();
-        let binders = if matches!(over, IndexSet::Pairs(_)) { 2 } else { 1 };
+        let (over, who, binders) = match self.pick(7) {
+            0 => (IndexSet::All, Who::Agent, 1),
+            1 => (IndexSet::Group(1), Who::Follower, 1),
+            2 => (IndexSet::Pairs(boxed_set(IndexSet::All)), Who::Agent, 2),
+            3 => (IndexSet::Edges(0), Who::Neighbour, 2),
+            4 => {
+                let (count, to) = (1 + self.pick(2), self.agent());
+                (IndexSet::Nearest { count, to, among: boxed_set(IndexSet::All) }, Who::Agent, 1)
+            }
+            5 => {
+                let (count, to) = (1 + self.pick(2), self.agent());
+                (IndexSet::Nearest { count, to, among: boxed_set(IndexSet::Obstacles) }, Who::Obstacle, 1)
+            }
+            _ => (IndexSet::Obstacles, Who::Obstacle, 1),
+        };
         let vars: Vec<usize> = (self.next_var..self.next_var + binders).collect();
         self.next_var += binders;
-        self.vars.extend(&vars);
+        self.vars.extend(vars.iter().map(|&var| (var, who)));
         // The least of nothing is infinite, which makes no good sums.
         let least = matches!(op, Reduction::Min | Reduction::Max);
         let filter = if !least && self.pick(3) == 0 { Some(boxed(self.truth(depth.min(1)))) } else { None };
@@ -258,10 +330,12 @@ impl Generator<'_> {
 
     fn vector(&mut self, depth: usize) -> Expr {
         if depth == 0 {
-            return match self.pick(5) {
-                0 => Expr::Agent(Quantity::Velocity, self.agent()),
-                1 => Expr::Slot(0, AgentRef::Fixed(1 + self.pick(2))),
-                _ => Expr::Agent(Quantity::Position, self.agent()),
+            return match self.pick(7) {
+                0 => Expr::Agent(Quantity::Velocity, self.anyone()),
+                1 => Expr::Slot(0, self.follower()),
+                2 => Expr::Agent(Quantity::Command, self.agent()),
+                3 => Expr::Agent(Quantity::CommandChange, self.agent()),
+                _ => Expr::Agent(Quantity::Position, self.anyone()),
             };
         }
         let deeper = depth - 1;
@@ -283,7 +357,8 @@ impl Generator<'_> {
             return binary(op, self.number(depth.min(1)), self.number(depth.min(1)));
         }
         let deeper = depth - 1;
-        match self.pick(5) {
+        match self.pick(6) {
+            5 => Expr::Same(self.agent(), self.agent()),
             0 => binary(BinaryOp::And, self.truth(deeper), self.truth(deeper)),
             1 => binary(BinaryOp::Or, self.truth(deeper), self.truth(deeper)),
             2 => Expr::Unary(UnaryOp::Not, boxed(self.truth(deeper))),
@@ -314,6 +389,25 @@ impl Generator<'_> {
         match self.pick(3) {
             0 => Expr::Vector(boxed(Expr::Number(area.x_m.0)), boxed(Expr::Number(area.y_m.1))),
             _ => Expr::Vector(boxed(side(area.x_m, 0)), boxed(side(area.y_m, 1))),
+        }
+    }
+
+    /// A disc, a wall, or a polygon with its corners around its position or beside it, convex or not.
+    fn solid(&mut self) -> Solid {
+        let size = 0.1 + 1.5 * self.random.uniform();
+        match self.pick(4) {
+            0 => Solid::Disc { radius_m: size },
+            1 => Solid::Segment { to_m: (size, self.random.uniform() - 0.5) },
+            _ => {
+                let corners = 3 + self.pick(4);
+                let aside = if self.chance() { 0.0 } else { 2.0 * size };
+                let corner = |k: usize| {
+                    let turn = std::f64::consts::TAU * k as f64 / corners as f64;
+                    let far = size * (0.2 + self.random.uniform());
+                    (aside + far * turn.cos(), 0.7 * far * turn.sin())
+                };
+                Solid::Polygon { corners_m: (0..corners).map(corner).collect() }
+            }
         }
     }
 
@@ -377,8 +471,8 @@ impl Generator<'_> {
     }
 
     fn plan(&mut self) -> Plan {
-        let motion = self.motion();
-        let positions = matches!(motion.output, MotionOutput::Position(_));
+        let (moves, motion) = (self.pick(4) > 0, self.motion());
+        let positions = moves && matches!(motion.output, MotionOutput::Position(_));
         let fast = 0.2 + self.random.uniform();
         let mut group = |name: &str, size, control, positions: bool| Group {
             name: name.into(),
@@ -388,12 +482,29 @@ impl Generator<'_> {
             speed_mps: if self.pick(4) > 0 { (-fast, fast) } else { (0.1, fast + 0.1) },
             control,
             start: if positions { None } else { Some(self.start()) },
+            radius_m: if self.chance() { 0.0 } else { 0.3 * self.random.uniform() },
             ..Group::default()
         };
-        let groups = vec![
-            group("leader", 1, Control::Motion(motion), positions),
+        let mut groups = vec![
+            group("leader", 1, if moves { Control::Motion(motion) } else { Control::Still }, positions),
             group("follower", 2, Control::Learned, false),
+            group("obstacle", 2, Control::Still, false),
         ];
+        groups[2] = Group {
+            solid: Some(self.solid()),
+            body: point(),
+            arena: None,
+            radius_m: 0.0,
+            stops: if self.chance() { vec![1] } else { Vec::new() },
+            ..groups[2].clone()
+        };
+        if !moves {
+            // Around it, or near it.
+            let near = Expr::Draw { distribution: Distribution::UnitDisc, site: 0 };
+            let near = binary(BinaryOp::Mul, Expr::Number(0.2), near);
+            let leader = Expr::Agent(Quantity::Position, AgentRef::Fixed(0));
+            groups[2].start = Some(binary(BinaryOp::Add, leader, near));
+        }
         let slot = |x, y| Expr::Vector(boxed(Expr::Number(x)), boxed(Expr::Number(y)));
         let outside = Expr::Reduce {
             op: Reduction::Any,
@@ -441,7 +552,7 @@ impl Generator<'_> {
                 graph: Graph::Star,
                 at: Place::default(),
             }],
-            reward: (0..6).map(|k| term(self.number(1 + k % 4))).collect(),
+            reward: (0..6).map(|k| term(self.number(k % 5))).collect(),
             ends,
             ..World::default()
         };

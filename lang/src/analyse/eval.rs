@@ -467,7 +467,8 @@ pub fn outline(solid: &Solid) -> Plane {
         Solid::Segment { to_m } => Plane::ZERO.hull(point(to_m.0, to_m.1)),
         Solid::Polygon { corners_m } => {
             let corners = corners_m.iter().map(|&(x, y)| point(x, y));
-            corners.reduce(Plane::hull).unwrap_or(Plane::ZERO)
+            // The lengths of corners are not those of what lies between them.
+            corners.reduce(Plane::hull).map_or(Plane::ZERO, |hull| Plane::new(hull.x, hull.y))
         }
     }
 }
