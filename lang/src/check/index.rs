@@ -15,7 +15,7 @@ impl<'a> Checker<'a> {
         let Some(&group) = self.ids.groups.get(&id) else { return Expr::poison(at) };
         match self.hir.world.groups.get(group).map(|group| group.size) {
             Some(1) => self.make(Kind::Fixed(group, 0), Type::Agent(Some(group)), at),
-            None | Some(0) => Expr::poison(at),
+            None | Some(0) => self.unknown_yet(at),
             Some(size) => {
                 let problem = Problem::error(
                     &GROUP_AS_AGENT,
@@ -241,7 +241,7 @@ impl<'a> Checker<'a> {
             return self.slot_of(formation, agent, at);
         };
         let Some(group) = self.hir.world.formations.get(id).map(|formation| formation.group) else {
-            return Expr::poison(at);
+            return self.unknown_yet(at);
         };
         if group == usize::MAX {
             return Expr::poison(at);
@@ -297,7 +297,7 @@ impl<'a> Checker<'a> {
             return Expr::poison(at);
         };
         if size == 0 {
-            return Expr::poison(at);
+            return self.unknown_yet(at);
         }
         let Some(number) = self.constant(&number, &"the number of a member") else { return Expr::poison(at) };
         if number.fract() != 0.0 || number < 1.0 || number > size as f64 {

@@ -58,27 +58,44 @@ impl Checker<'_> {
 
     /// The value of a number that must be constant; reports if it is not.
     pub fn constant(&mut self, expr: &Expr, what: &dyn Display) -> Option<f64> {
-        if expr.is_poison() {
-            return None;
-        }
-        let Some(Value::Expr(value)) = self.inlined(expr) else { return None };
-        let number = self.constants.number(&value).filter(|number| number.is_finite());
-        if number.is_none() && !self.changes_with_episodes(expr, what) && !self.refers_to_unknown(expr) {
-            self.report(not_constant(expr.span, what));
+        let value = if expr.is_poison() { None } else { self.inlined(expr) };
+        let number = match &value {
+            Some(Value::Expr(value)) => self.constants.number(value).filter(|number| number.is_finite()),
+            _ => None,
+        };
+        if number.is_none() && !self.changes_with_episodes(expr, what) {
+            self.report_unknown(value.is_none(), expr, what);
         }
         number
     }
 
     /// Reports a vector that is not constant.
     pub fn constant_vector(&mut self, expr: &Expr, what: &dyn Display) {
-        if expr.is_poison() {
-            return;
+        let value = if expr.is_poison() { None } else { self.inlined(expr) };
+        let vector = match &value {
+            Some(Value::Expr(value)) => self.constants.vector(value),
+            _ => None,
+        };
+        if vector.is_none_or(|(x, y)| !x.is_finite() || !y.is_finite()) {
+            self.report_unknown(value.is_none(), expr, what);
         }
-        let Some(Value::Expr(value)) = self.inlined(expr) else { return };
-        let known = self.constants.vector(&value).is_some_and(|(x, y)| x.is_finite() && y.is_finite());
-        if !known && !self.refers_to_unknown(expr) {
+    }
+
+    /// What is unknown since something else is wrong was told there.
+    fn report_unknown(&mut self, follows: bool, expr: &Expr, what: &dyn Display) {
+        if !(self.problems.has_errors() && (follows || self.refers_to_unknown(expr))) {
             self.report(not_constant(expr.span, what));
         }
+    }
+
+    /// Stands for what is asked of agents where they are not known: by a parameter, say. If there are errors,
+    /// one of them may be why.
+    pub fn unknown_yet(&mut self, at: Span) -> Expr {
+        if !self.problems.has_errors() {
+            let text = self.sources.text(at);
+            self.report(not_constant(at, &format_args!("`{text}`")));
+        }
+        Expr::poison(at)
     }
 
     /// The value of a whole number from `least`; reports if it is none.
