@@ -16,13 +16,30 @@ const MOST_BYTES: usize = 3000;
 pub struct Corpus {
     /// Whole files, valid and not.
     pub files: Vec<String>,
-    /// The items of those that compile, shortest first.
-    pub valid: Vec<Vec<String>>,
+    /// Those that compile, shortest first.
+    pub valid: Vec<Scenario>,
     /// Single items of all of them.
     pub items: Vec<String>,
     /// Parts of items between blanks.
     pub tokens: Vec<String>,
     pub words: Words,
+}
+
+#[derive(Clone, Default)]
+pub struct Scenario {
+    pub items: Vec<String>,
+    /// What its formulas may speak of.
+    pub words: Words,
+}
+
+impl Scenario {
+    fn new(text: &str) -> Scenario {
+        let items = items(text);
+        let known = ["p", "v", "t", "i", "all", "obstacles", "pairs", "nearest", "edges", "members", "size"];
+        let names = items.iter().filter_map(|item| declared(item)).chain(known).map(str::to_owned).collect();
+        let numbers = ["0", "1", "2", "0.5 m", "1 m / s", "1 s"].map(str::to_owned).into();
+        Scenario { items, words: Words { names, numbers } }
+    }
 }
 
 impl Corpus {
@@ -37,7 +54,7 @@ impl Corpus {
         let mut valid: Vec<String> =
             files.iter().filter(|text| super::front::plan(text).is_some()).cloned().collect();
         valid.sort_by_key(String::len);
-        let valid = valid.iter().map(|text| items(text)).collect();
+        let valid = valid.iter().map(|text| Scenario::new(text)).collect();
         let items = unique(files.iter().flat_map(|text| items(text)));
         let tokens = unique(files.iter().flat_map(|text| tokens(text).into_iter().map(str::to_owned)));
         let begins = |token: &&String, with: fn(u8) -> bool| token.bytes().next().is_some_and(with);
@@ -63,6 +80,13 @@ fn items(text: &str) -> Vec<String> {
     let file = sources.add("a.scn", text.to_owned());
     let tree = parse(&sources, file, &mut problems);
     tree.items.iter().map(|item| sources.text(item.span).to_owned()).collect()
+}
+
+/// The name of what an item declares: its second word.
+fn declared(item: &str) -> Option<&str> {
+    let code = item.lines().find(|line| !line.starts_with("///"))?;
+    let words = tokens(code).into_iter().filter(|token| token.starts_with(|c: char| c.is_ascii_alphabetic()));
+    words.skip(1).next()
 }
 
 /// Words, numbers, blanks and single signs, one after another.

@@ -16,6 +16,7 @@ pub struct Grammar {
 }
 
 /// Words for what the grammar leaves to the author.
+#[derive(Clone, Default)]
 pub struct Words {
     pub names: Vec<String>,
     pub numbers: Vec<String>,

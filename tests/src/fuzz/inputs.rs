@@ -2,8 +2,8 @@
 
 use mpgx_random::{Address, Purpose, Stream};
 
-use super::corpus::{Corpus, tokens};
-use super::grammar::Grammar;
+use super::corpus::{Corpus, Scenario, tokens};
+use super::grammar::{Grammar, Words};
 
 /// Makes inputs. The same seed and number give the same text as long as grammar and corpus stay as they are.
 pub struct Inputs {
@@ -62,29 +62,32 @@ impl Inputs {
         // Short ones more often.
         let count = self.corpus.valid.len() as u64;
         let chosen = random.below(count.max(1)).min(random.below(count.max(1))) as usize;
-        let mut items = self.corpus.valid.get(chosen).cloned().unwrap_or_default();
-        for _ in 0..=random.below(2) {
+        let Scenario { mut items, words } = self.corpus.valid.get(chosen).cloned().unwrap_or_default();
+        for _ in 0..=random.below(4) / 3 {
             let at = random.below(items.len().max(1) as u64) as usize;
             let Some(item) = items.get_mut(at) else { break };
-            match random.below(6) {
+            match random.below(8) {
                 0 => *item = one(&self.corpus.items, random).to_owned(),
                 1 => *item = self.item(random),
                 2 => *item += &format!("\n{}", one(&self.corpus.items, random)),
                 3 => *item = self.replaced(item, random),
-                _ => *item = self.value(item, random),
+                4 | 5 => *item = self.value(item, &self.corpus.words, random),
+                _ => *item = self.value(item, &words, random),
             }
         }
         items.join("\n")
     }
 
-    /// With another formula behind one of its `=`.
-    fn value(&self, item: &str, random: &mut Stream) -> String {
-        let places: Vec<usize> = item.match_indices("= ").map(|(at, _)| at + 2).collect();
+    /// With another formula where one begins.
+    fn value(&self, item: &str, words: &Words, random: &mut Stream) -> String {
+        let before = ["= ", "~ ", "in ", "when ", "costs ", "if ", "(", "[", ", "];
+        let places = before.iter().flat_map(|sign| item.match_indices(sign));
+        let places: Vec<usize> = places.map(|(at, sign)| at + sign.len()).collect();
         let Some(&start) = places.get(random.below(places.len().max(1) as u64) as usize) else {
             return self.replaced(item, random);
         };
-        let end = item[start..].find([',', '\n', '}']).map_or(item.len(), |length| start + length);
-        let formula = self.grammar.write("expr", &self.corpus.words, 4 + random.below(12) as usize, random);
+        let end = item[start..].find([',', '\n', '}', ')', ']']).map_or(item.len(), |length| start + length);
+        let formula = self.grammar.write("expr", words, 1 + random.below(8) as usize, random);
         format!("{}{formula}{}", &item[..start], &item[end..])
     }
 
