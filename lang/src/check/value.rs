@@ -88,12 +88,15 @@ impl Checker<'_> {
         }
     }
 
-    /// Stands for what is asked of agents where they are not known: by a parameter, say. If there are errors,
-    /// one of them may be why.
+    /// Stands for what is asked of agents where they are not known: by a parameter, say. Of several, the first is
+    /// told; if there are other errors, one of them may be why.
     pub fn unknown_yet(&mut self, at: Span) -> Expr {
         if !self.problems.has_errors() {
             let text = self.sources.text(at);
-            self.report(not_constant(at, &format_args!("`{text}`")));
+            let problem = Problem::error(&NOT_CONSTANT, format!("`{text}` is asked for before it is known"))
+                .at(at, "parameters, sizes and the world are read before the agents")
+                .help("use numbers, parameters and functions of them only");
+            self.report(problem);
         }
         Expr::poison(at)
     }

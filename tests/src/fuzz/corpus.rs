@@ -85,8 +85,7 @@ fn items(text: &str) -> Vec<String> {
 /// The name of what an item declares: its second word.
 fn declared(item: &str) -> Option<&str> {
     let code = item.lines().find(|line| !line.starts_with("///"))?;
-    let words = tokens(code).into_iter().filter(|token| token.starts_with(|c: char| c.is_ascii_alphabetic()));
-    words.skip(1).next()
+    tokens(code).into_iter().filter(|token| token.starts_with(|c: char| c.is_ascii_alphabetic())).nth(1)
 }
 
 /// Words, numbers, blanks and single signs, one after another.
